@@ -385,7 +385,8 @@ TEST_CASE("world file: a forged file is refused or makes a world that steps", "[
       World world = world_of(with_checksum(forged));
       ++made;
       const SolverOptions& options = world.solver().options();
-      if (options.substeps < 100 && options.iterations < 100) {  // others are as good, and slow
+      if (options.substeps < 100 && options.iterations < 100 &&
+          options.longest_step > kDt / 100) {  // others are as good, and slow
         static_cast<void>(world.step(kDt));
       }
     } catch (const FileError&) {
