@@ -102,7 +102,10 @@ std::vector<Bar> make_bars(const Scene& scene) {
 }  // namespace
 
 StaticEnergy::StaticEnergy(const Scene& scene)
-    : scene_(scene), elements_(make_elements(scene)), bars_(make_bars(scene)) {
+    : scene_(scene),
+      elements_(make_elements(scene)),
+      bars_(make_bars(scene)),
+      pulls_(static_cast<std::size_t>(scene.vertex_count()), Eigen::Vector3d::Zero()) {
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     stays_.push_back(scene.is_fixed(v));
   }
@@ -122,6 +125,10 @@ void StaticEnergy::press(const Eigen::Vector3d& center, double radius) {
   spheres_.push_back({center, radius});
 }
 
+void StaticEnergy::pull(Index vertex, const Eigen::Vector3d& force) {
+  pulls_[vertex] = force;
+}
+
 double StaticEnergy::value(const Positions& x) const {
   double energy = 0;
   for (const Element& element : elements_) {
@@ -135,7 +142,7 @@ double StaticEnergy::value(const Positions& x) const {
   });
   const Eigen::Vector3d gravity = scene_.gravity().cast<double>();
   for (std::size_t v = 0; v < x.size(); ++v) {
-    energy -= scene_.masses()[v] * gravity.dot(x[v] - scene_.positions()[v]);
+    energy -= (scene_.masses()[v] * gravity + pulls_[v]).dot(x[v] - scene_.positions()[v]);
     for (const Sphere& sphere : spheres_) {
       const double depth = std::max(0.0, sphere.radius - (x[v] - sphere.center).norm());
       energy += 0.5 * contact_stiffness_ * depth * depth;
@@ -147,7 +154,7 @@ double StaticEnergy::value(const Positions& x) const {
 Positions StaticEnergy::all_forces(const Positions& x) const {
   Positions result;
   for (std::size_t v = 0; v < x.size(); ++v) {
-    result.emplace_back(scene_.masses()[v] * scene_.gravity().cast<double>());
+    result.emplace_back(scene_.masses()[v] * scene_.gravity().cast<double>() + pulls_[v]);
     for (const Sphere& sphere : spheres_) {
       const Eigen::Vector3d out = x[v] - sphere.center;
       const double depth = std::max(0.0, sphere.radius - out.norm());
@@ -251,7 +258,8 @@ double StaticEnergy::load(const Positions& x) const {
   const Positions all = all_forces(x);
   double sum = pressing_force(x).norm();
   for (std::size_t v = 0; v < x.size(); ++v) {
-    sum += stays_[v] ? all[v].norm() : scene_.masses()[v] * scene_.gravity().norm();
+    sum +=
+        stays_[v] ? all[v].norm() : scene_.masses()[v] * scene_.gravity().norm() + pulls_[v].norm();
   }
   return sum;
 }

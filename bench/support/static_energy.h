@@ -38,6 +38,9 @@ class StaticEnergy {
   /// as the tissue at a vertex.
   void press(const Eigen::Vector3d& center, double radius);
 
+  /// A force that does not turn with the tissue, N.
+  void pull(Index vertex, const Eigen::Vector3d& force);
+
   /// J, without the constant of the rest state.
   [[nodiscard]] double value(const Positions& positions) const;
 
@@ -50,7 +53,7 @@ class StaticEnergy {
   /// Sum of the magnitudes of the forces, N.
   [[nodiscard]] double imbalance(const Positions& positions) const;
 
-  /// Sum of the magnitudes of what acts from outside: weight, holds and spheres, N.
+  /// Sum of the magnitudes of what acts from outside: weight, pulls, holds and spheres, N.
   [[nodiscard]] double load(const Positions& positions) const;
 
   /// What holds these vertices, N.
@@ -77,6 +80,7 @@ class StaticEnergy {
   std::vector<Bar> bars_;
   std::vector<bool> stays_;
   std::vector<Sphere> spheres_;
+  Positions pulls_;               // [vertex_count] N
   double contact_stiffness_ = 0;  // N/m, of a vertex
 };
 

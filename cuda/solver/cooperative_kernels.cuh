@@ -350,15 +350,18 @@ struct BegunVertex {
     store_velocity(state.velocities + place, velocity);
     store_carry(state.carries + place, rounding, falling);
   }
+  /// @param motion  flying_motion()
   [[nodiscard]] __device__ Vec3<float> flight(const FreeMotion<float>& motion) const {
     return flight_of(motion, rounding, flying_velocity(motion, velocity, base.w));
   }
   /// The displacement before the first sweep.
+  /// @param motion  falling_motion()
   [[nodiscard]] __device__ Vec3<float> start(const FreeMotion<float>& motion) const {
     return start_of(motion, flight(motion), base.w, falling);
   }
   /// Goes to the end of the substep.
-  /// @param u  m, the displacement
+  /// @param motion  falling_motion()
+  /// @param u       m, the displacement
   __device__ void end(const FreeMotion<float>& motion, const Vec3<float>& u) {
     const Settled<float> end = settle(motion, position_of(base), base.w, velocity, rounding, u);
     base = {end.x.x, end.x.y, end.x.z, base.w};
@@ -383,7 +386,7 @@ __device__ void begin_step(const DeviceState& state, const VertexArrays& vertice
     vertex.base.w = 0;
     for (Index substep = 0; substep < input.substep_count && substep < 2;
          ++substep) {  // then it stays so
-      vertex.end(input.motion, vertex.rounding);
+      vertex.end(falling_motion(state, input.motion, i), vertex.rounding);
     }
     store_velocity(state.velocities + i, vertex.velocity);
     store_carry(state.carries + i, vertex.rounding, vertex.falling);
@@ -458,7 +461,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     begin_step(state, vertices, *input, [&](Index place, BegunVertex& vertex) {
       vertex.load(state, offset_of(place));
       store_counted(points + place,
-                    fixed_point(position_of(vertex.base), vertex.start(input->motion), unit),
+                    fixed_point(position_of(vertex.base),
+                                vertex.start(falling_motion(state, input->motion, place)), unit),
                     moves_before);
     });
   }
@@ -489,9 +493,10 @@ __global__ void __launch_bounds__(kBlockThreads)
     if (kStep && sweep == 0) {  // what it has told, without a look at who told it
       BegunVertex vertex;
       vertex.load(state, corner);
-      const FreeMotion<float> motion = input->motion;
+      const FreeMotion<float> motion = falling_motion(state, input->motion, place_at(corner));
       const Vec3<float> start = vertex.start(motion);
-      const Vec3<float> free = vertex.flight(motion);
+      const Vec3<float> free =
+          vertex.flight(flying_motion(state, motion, vertex.base.w, place_at(corner)));
       p = {start.x, start.y, start.z, vertex.base.w};
       flight = {free.x, free.y, free.z, kFreely};
       own = fixed_point(position_of(vertex.base), start, unit);
@@ -571,7 +576,7 @@ __global__ void __launch_bounds__(kBlockThreads)
       if (kStep && ends) {
         BegunVertex vertex;
         vertex.load(state, corner);
-        const FreeMotion<float> motion = input->motion;
+        const FreeMotion<float> motion = falling_motion(state, input->motion, place_at(corner));
         vertex.end(motion, moved);
         vertex.store(state, corner);
         if (!ends_step) {

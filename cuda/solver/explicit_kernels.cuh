@@ -31,15 +31,16 @@ struct PushedVertex {
   }
 
   /// Goes to the end of the substep.
-  /// @param force  N
-  __device__ void move(const FreeMotion<float>& motion, const Vec3<float>& force,
-                       float inverse_dt_squared, float unit) {
+  /// @param motion  of all vertices
+  /// @param force   N, of tissue
+  __device__ void move(const DeviceState& state, const FreeMotion<float>& motion, Index place,
+                       const Vec3<float>& force, float inverse_dt_squared, float unit) {
     const float w = begun.base.w;
-    const Vec3<float> flight = begun.flight(motion);
-    const Vec3<float> pushed = flight + pushed_flight(force, w, inverse_dt_squared);
+    const FreeMotion<float> falling = falling_motion(state, motion, place);
+    const FreeMotion<float> flying = flying_motion(state, falling, w, place);
+    const Vec3<float> pushed = begun.flight(flying) + pushed_flight(force, w, inverse_dt_squared);
     // what no force moves stays where it begins, as in push_blocks()
-    begun.end(motion,
-              w > 0 && is_finite_way(pushed) ? pushed : start_of(motion, flight, w, begun.falling));
+    begun.end(falling, w > 0 && is_finite_way(pushed) ? pushed : begun.start(falling));
     own = fixed_point(position_of(begun.base), begun.rounding, unit);
   }
 };
@@ -131,7 +132,7 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
     } else if (__builtin_expect(!is_finite_way(sum.force), 0)) {
       sum.force = finite_force(rows, load_ranges(vertices.blocks + index), access, sum);
     }
-    vertex.move(motion, sum.force, inverse_dt_squared, unit);
+    vertex.move(state, motion, place_at(corner), sum.force, inverse_dt_squared, unit);
     if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
       store_counted(&at(next_points, corner), vertex.own, count + 1);
       if (!kStays || is_last) {

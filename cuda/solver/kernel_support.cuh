@@ -71,6 +71,9 @@ __device__ inline DeviceState of_copy(DeviceState state) {
       state.velocities_before += first;
     }
   }
+  if (state.forces != nullptr) {
+    state.forces += first;
+  }
   return state;
 }
 

@@ -36,6 +36,8 @@ DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t
               : LinkEnds{},
           remembers ? ways.reserve(all) : nullptr,
           remembers ? velocities_before.reserve(all) : nullptr,
+          nullptr,
+          nullptr,
           static_cast<Index>(capacity),
           is_explicit(solver.options)};
 }
@@ -51,7 +53,13 @@ void StateBuffers::make_room(const SolverState& solver, cudaStream_t stream) {
     return;
   }
   Arrays larger;
-  const DeviceState now = larger.reserve(solver, room_to_grow(solver.particles.size()));
+  DeviceState now = larger.reserve(solver, room_to_grow(solver.particles.size()));
+  if (arrays_.forces != nullptr) {
+    now.forces = larger.forces.reserve(all_places(now.capacity));
+  }
+  if (arrays_.gravities != nullptr) {
+    now.gravities = larger.gravities.reserve(static_cast<std::size_t>(now.capacity));
+  }
   const auto keep = [&](auto* to, const auto* from, Index copies) {  // scratch starts anew
     if (from != nullptr && count_ > 0) {
       const auto pitch = [](const DeviceState& state) {
@@ -67,6 +75,8 @@ void StateBuffers::make_room(const SolverState& solver, cudaStream_t stream) {
   keep(now.carries, arrays_.carries, copy_count_);
   keep(now.ways, arrays_.ways, copy_count_);
   keep(now.velocities_before, arrays_.velocities_before, copy_count_);
+  keep(now.forces, arrays_.forces, copy_count_);
+  keep(now.gravities, arrays_.gravities, 1);
   keep(now.vertex_of_place, arrays_.vertex_of_place, 1);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the smaller go
   buffers_ = std::move(larger);
@@ -88,7 +98,54 @@ void StateBuffers::take_over(const SolverState& solver, cudaStream_t stream) {
       upload(solver.copy(copy), copy, stream);
     }
   }
+  upload_gravities(solver, stream);
+  upload_forces(solver, stream);
   upload_moved(solver, stream);
+}
+
+void StateBuffers::upload_gravities(const SolverState& solver, cudaStream_t stream) {
+  if (!solver.changes.gravities) {
+    return;
+  }
+  arrays_.gravities = nullptr;
+  if (!solver.gravities.empty()) {
+    buffers_.gravities.reserve(static_cast<std::size_t>(arrays_.capacity));
+    arrays_.gravities = buffers_.gravities.upload(solver.gravities, stream);
+  }
+}
+
+// All, once there are any; then those that are named, which the device reads from the host's
+// memory.
+void StateBuffers::upload_forces(const SolverState& solver, cudaStream_t stream) {
+  if (arrays_.forces == nullptr) {
+    bool has_forces = false;
+    for (Index copy = 0; copy < copy_count_; ++copy) {
+      has_forces = has_forces || !solver.copy(copy).forces.empty();
+    }
+    if (!has_forces) {
+      return;
+    }
+    arrays_.forces = buffers_.forces.fill(all_places(arrays_.capacity), 0, stream);
+    for (Index copy = 0; copy < copy_count_; ++copy) {
+      const std::vector<Load>& forces = solver.copy(copy).forces;
+      if (!forces.empty()) {
+        PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.forces + start(copy), forces.data(),
+                                           forces.size() * sizeof(Load), cudaMemcpyHostToDevice,
+                                           stream));
+      }
+    }
+    return;
+  }
+  const std::vector<Changes::Force>& changed = solver.changes.forces;
+  if (changed.empty()) {
+    return;
+  }
+  PlacedForce* placed = placed_forces_.reserve(std::bit_ceil(changed.size()));
+  for (const auto& [copy, place] : changed) {
+    const std::vector<Load>& forces = solver.copy(copy).forces;
+    *placed++ = {forces.empty() ? Load{} : forces[place], copy, place};
+  }
+  write_forces(arrays_, placed_forces_.get(), static_cast<Index>(changed.size()), stream);
 }
 
 void StateBuffers::upload(const CopyState& state, Index copy, cudaStream_t stream) {
@@ -121,7 +178,12 @@ void StateBuffers::upload_moved(const SolverState& solver, cudaStream_t stream) 
     const CopyState& state = solver.copy(copy);
     for (const Index v : vertices) {
       const Index place = solver.place_of_vertex[v];
-      *moved++ = {state.motion_of(place), state.particles[place].w, place, v};
+      *moved++ = {state.motion_of(place),
+                  state.forces.empty() ? Load{} : state.forces[place],
+                  solver.gravities.empty() ? Load{} : solver.gravities[place],
+                  state.particles[place].w,
+                  place,
+                  v};
     }
   }
   write_vertices(arrays_, copy_count_, moved_.get(), static_cast<Index>(vertices.size()), stream);
@@ -195,6 +257,7 @@ std::size_t StateBuffers::memory_bytes() const noexcept {
          buffers_.end_gives.memory_bytes() + buffers_.end_shears.memory_bytes() +
          buffers_.velocities.memory_bytes() + buffers_.carries.memory_bytes() +
          buffers_.ways.memory_bytes() + buffers_.velocities_before.memory_bytes() +
+         buffers_.forces.memory_bytes() + buffers_.gravities.memory_bytes() +
          buffers_.vertex_of_place.memory_bytes() + asked_places_.memory_bytes();
 }
 

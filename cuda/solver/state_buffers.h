@@ -31,9 +31,10 @@ class StateBuffers {
   /// others then, with what was there; waits.
   void make_room(const SolverState& solver, cudaStream_t stream);
 
-  /// Enqueues what Changes says of the state: of copies that were rewritten, and of vertices that
-  /// moved. There must be room, and inverse masses that changed must be there. No such work may be
-  /// under way. Cost: of copies O(vertex_count) each, else proportional to those moved.
+  /// Enqueues what Changes says of the state: of copies that were rewritten, of vertices that
+  /// moved, and of forces and gravities. There must be room, and inverse masses that changed must
+  /// be there. No such work may be under way. Cost: of copies, of the first forces and of gravities
+  /// O(vertex_count) each, else proportional to what moved and to forces that are others.
   void take_over(const SolverState& solver, cudaStream_t stream);
 
   /// Copies positions, velocities, carries and BDF2's past of a copy to the host, whose inverse
@@ -63,6 +64,8 @@ class StateBuffers {
     DeviceBuffer<Velocity> velocities, velocities_before;
     DeviceBuffer<Carry> carries;
     DeviceBuffer<Way> ways;
+    DeviceBuffer<Load> forces;
+    DeviceBuffer<Load> gravities;  // [capacity]
     DeviceBuffer<FixedPoint> fixed_points;
     DeviceBuffer<Index> vertex_of_place;  // [capacity]
 
@@ -70,6 +73,8 @@ class StateBuffers {
   };
 
   void upload(const CopyState& state, Index copy, cudaStream_t stream);
+  void upload_gravities(const SolverState& solver, cudaStream_t stream);
+  void upload_forces(const SolverState& solver, cudaStream_t stream);
   void upload_moved(const SolverState& solver, cudaStream_t stream);
   void reserve_motion(std::size_t size);
 
@@ -78,11 +83,16 @@ class StateBuffers {
     return static_cast<std::size_t>(copy) * static_cast<std::size_t>(arrays_.capacity);
   }
 
+  [[nodiscard]] std::size_t all_places(Index capacity) const noexcept {
+    return static_cast<std::size_t>(copy_count_) * static_cast<std::size_t>(capacity);
+  }
+
   Arrays buffers_;
   DeviceState arrays_{};
   Index copy_count_;
   std::size_t count_ = 0;            // of vertices, as taken over
   PinnedBuffer<MovedVertex> moved_;  // [copy][moved]
+  PinnedBuffer<PlacedForce> placed_forces_;
   PinnedBuffer<Index> read_places_;
   PinnedBuffer<Vec3<float>> read_positions_;
   DeviceBuffer<Index> asked_places_;

@@ -154,8 +154,8 @@ void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, const Ste
 namespace {
 
 bool are_alike(const FreeMotion<float>& a, const FreeMotion<float>& b) {
-  return a.h == b.h && a.keep == b.keep && a.kick.x == b.kick.x && a.kick.y == b.kick.y &&
-         a.kick.z == b.kick.z;
+  return a.h == b.h && a.keep == b.keep && a.kick_time == b.kick_time && a.kick.x == b.kick.x &&
+         a.kick.y == b.kick.y && a.kick.z == b.kick.z;
 }
 
 // Of the first substep and of later ones.

@@ -20,6 +20,30 @@ __device__ inline void store_velocity(Velocity* velocity, const Vec3<float>& v) 
   *reinterpret_cast<float4*>(velocity) = make_float4(v.x, v.y, v.z, 0);
 }
 
+__device__ inline Load load_load(const Load* load) {
+  const float4 v = __ldg(reinterpret_cast<const float4*>(load));  // no kernel of a step writes it
+  return {v.x, v.y, v.z, v.w};
+}
+
+/// As on the host, of a vertex of this copy.
+__device__ inline FreeMotion<float> falling_motion(const DeviceState& state,
+                                                   const FreeMotion<float>& motion, Index place) {
+  if (state.gravities == nullptr) {
+    return motion;
+  }
+  const Load gravity = load_load(state.gravities + place);
+  return under(Vec3<float>{gravity.x, gravity.y, gravity.z}, gravity.inverse_square, motion);
+}
+__device__ inline FreeMotion<float> flying_motion(const DeviceState& state,
+                                                  const FreeMotion<float>& falling, float w,
+                                                  Index place) {
+  if (state.forces == nullptr) {
+    return falling;
+  }
+  const Load force = load_load(state.forces + place);
+  return pushed_by(Vec3<float>{force.x, force.y, force.z}, w, falling);
+}
+
 /// The end of one substep and the beginning of the next are one kernel: the velocity stays in a
 /// register between them.
 template <bool kEnds, bool kBegins>
@@ -34,7 +58,8 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
   const Particle p = load_particle(state.particles + i);
   const Vec3<float> x = position_of(p);
-  const FreeMotion<float>& motion = input[copy_index()].motion;
+  const FreeMotion<float> motion =
+      flying_motion(state, falling_motion(state, input[copy_index()].motion, i), p.w, i);
   Vec3<float> velocity;
   if constexpr (kEnds) {
     velocity = motion.inverse_h * (x - position_of(load_particle(state.previous + i)));
@@ -77,7 +102,7 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
   input += copy_index();
   const Particle p = load_particle(state.particles + i);
-  const FreeMotion<float>& motion = input->motion;
+  const FreeMotion<float> motion = falling_motion(state, input->motion, i);
   Vec3<float> velocity = load_velocity(state.velocities + i);
   const Carry carry = load_carry(state.carries + i);
   Vec3<float> rounding{carry.x, carry.y, carry.z};
@@ -109,9 +134,13 @@ __global__ void __launch_bounds__(kVertexThreads)
       store_velocity(state.velocities + i, velocity);
       store_carry(state.carries + i, rounding, falling);
     }
-    Vec3<float> u = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
+    const FreeMotion<float> flying = flying_motion(state, motion, p.w, i);
+    Vec3<float> u = flight_of(flying, rounding, flying_velocity(flying, velocity, p.w));
     if (state.flights != nullptr) {
       store_particle(state.flights + i, u, kFreely);
+      if (state.forces != nullptr) {
+        u = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
+      }
       u = start_of(motion, u, p.w, falling);
       store_point(state.fixed_points + i, fixed_point(x, state.starts ? rounding : u, input->unit));
     }

@@ -71,9 +71,25 @@ __global__ void place_vertices(DeviceState state, const MovedVertex* moved, Inde
       state.ways[place] = motion.way;
       state.velocities_before[place] = motion.velocity_before;
     }
+    if (state.forces != nullptr) {
+      state.forces[place] = vertex.force;
+    }
+    if (blockIdx.y == 0 && state.gravities != nullptr) {
+      state.gravities[vertex.place] = vertex.gravity;
+    }
     if (blockIdx.y == 0) {
       state.vertex_of_place[vertex.place] = vertex.vertex;
     }
+  }
+}
+
+__global__ void place_forces(DeviceState state, const PlacedForce* placed, Index count) {
+  const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count) {
+    const PlacedForce& force = placed[i];
+    const std::size_t first =
+        static_cast<std::size_t>(force.copy) * static_cast<std::size_t>(state.capacity);
+    state.forces[first + static_cast<std::size_t>(force.place)] = force.force;
   }
 }
 
@@ -115,6 +131,14 @@ void write_vertices(const DeviceState& state, Index copy_count, const MovedVerte
     const dim3 blocks(blocks_for(count), static_cast<unsigned>(copy_count));
     place_vertices<<<blocks, kThreads, 0, stream>>>(state, moved, count);
     check(cudaGetLastError(), "launching the kernel that writes vertices");
+  }
+}
+
+void write_forces(const DeviceState& state, const PlacedForce* placed, Index count,
+                  cudaStream_t stream) {
+  if (count > 0) {
+    place_forces<<<blocks_for(count), kThreads, 0, stream>>>(state, placed, count);
+    check(cudaGetLastError(), "launching the kernel that writes forces");
   }
 }
 

@@ -45,7 +45,8 @@ void gather_motion(const DeviceState& state, Index copy_count, const Index* plac
 /// A vertex that an edit brought, or set in motion again.
 struct MovedVertex {
   VertexMotion motion;
-  float w;  ///< 1/kg
+  Load force, gravity;  ///< of no account where the state has none
+  float w;              ///< 1/kg
   Index place;
   Index vertex;  ///< of the scene
 };
@@ -54,5 +55,16 @@ struct MovedVertex {
 /// @param moved  [copy][count]
 void write_vertices(const DeviceState& state, Index copy_count, const MovedVertex* moved,
                     Index count, cudaStream_t stream);
+
+/// A force that is another.
+struct PlacedForce {
+  Load force;
+  Index copy, place;
+};
+
+/// Writes forces to their places; there is room for them. Those listed twice must be alike.
+/// @param placed  [count] that the device reads; they stay until it has
+void write_forces(const DeviceState& state, const PlacedForce* placed, Index count,
+                  cudaStream_t stream);
 
 }  // namespace pbdsurg::cuda

@@ -40,6 +40,8 @@ struct DeviceState {
   // of BDF2, else null
   Way* ways;                    ///< [copy][capacity] as in CopyState
   Velocity* velocities_before;  ///< [copy][capacity] likewise
+  Load* forces;     ///< [copy][capacity] as in CopyState, or null while no copy has had any
+  Load* gravities;  ///< [capacity] as in SolverState, or null
   Index capacity;
   bool starts;  ///< whether fixed points are where vertices start: of explicit steps
 

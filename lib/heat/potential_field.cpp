@@ -73,9 +73,12 @@ struct PotentialField::Work final : Follower {
         options(wanted),
         system(wanted.executor),
         device(wanted.executor, wanted.device_rows),
-        around(of, wanted.region_radii) {
-    if (!of.is_by_itself()) {
-      of.tissue().add_follower(*this, FollowerRank::heat);
+        around(of, wanted.region_radii) {}
+
+  // Takes part in edits; one by itself has none.
+  void follow_tissue() {
+    if (!mesh.is_by_itself()) {
+      mesh.tissue().add_follower(*this, FollowerRank::heat);
     }
   }
 
@@ -117,15 +120,25 @@ struct PotentialField::Work final : Follower {
 };
 
 PotentialField::PotentialField(const ThermalMesh& mesh, const PotentialOptions& options)
-    : work_(std::make_unique<Work>(mesh, checked(options))) {}
+    : work_(std::make_unique<Work>(mesh, checked(options))) {
+  work_->follow_tissue();
+}
 
 PotentialField::PotentialField(const HeatField& field, const PotentialOptions& options) {
   PotentialOptions wanted = checked(options);
   wanted.executor = wanted.executor.or_else(field.executor());
   work_ = std::make_unique<Work>(field.mesh(), wanted);
+  work_->follow_tissue();
 }
 
 PotentialField::~PotentialField() = default;
+
+// Follows the tissue as it did, so that an edit before can still be undone.
+void PotentialField::forget() noexcept {
+  auto made = std::make_unique<Work>(work_->mesh, work_->options);
+  static_cast<Follower&>(*made) = std::move(static_cast<Follower&>(*work_));
+  work_ = std::move(made);
+}
 
 const PotentialReport& PotentialField::report() const noexcept {
   return work_->report;

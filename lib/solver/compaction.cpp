@@ -32,6 +32,7 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
   for (Index i = 0; i < from.copy_count(); ++i) {
     const CopyState& before = from.copy(i);
     CopyState& now = to.copy(i);
+    now.forces.assign(before.forces.empty() ? 0 : now.particles.size(), {});
     for (std::size_t v = 0; v < ids.vertices.size(); ++v) {
       if (ids.vertices[v] == kInvalidIndex) {
         continue;
@@ -48,6 +49,9 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
         now.ways[place] = before.ways[old_place];
         now.velocities_before[place] = before.velocities_before[old_place];
       }
+      if (!before.forces.empty()) {
+        now.forces[place] = before.forces[old_place];
+      }
     }
     now.past_substep = before.past_substep;
     now.tools = before.tools;
@@ -61,6 +65,12 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
     now.watched_positions = before.watched_positions;
     now.last_report = renumbered(before.last_report, ids);
   }
+  to.gravity = from.gravity;
+  std::vector<Eigen::Vector3f> gravities = from.body_gravities;
+  if (!gravities.empty()) {
+    renumber_values(gravities, ids.bodies, to.tissue->bodies().size());
+  }
+  to.set_body_gravities(*to.tissue, std::move(gravities));
   to.reserve_tools();
   to.step_in_flight = from.step_in_flight;
   to.report = renumbered(from.report, ids);

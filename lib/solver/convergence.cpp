@@ -283,9 +283,10 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
     }
     const float w = now.particles[place].w;
     const Departure<float> departure = departure_of(place);
-    const Vector flight =
-        to_double(flight_of(numbers.motion, departure.rounding,
-                            flying_velocity(numbers.motion, departure.velocity, w)));
+    const FreeMotion<float> motion =
+        flying_motion(now, falling_motion(data, numbers.motion, place), place);
+    const Vector flight = to_double(
+        flight_of(motion, departure.rounding, flying_velocity(motion, departure.velocity, w)));
     const Vector way = to_double(load(scratch.displacements[place]));
     const Vector& force = ending.forces[place];
     const Vector residual = (drag / (double{w} * ending.h * ending.h)) * (flight - way) + force;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/solver_checks.h"
 
+#include <cmath>
+#include <cstddef>
 #include <string>
 
 #include "pbdsurg/base/error.h"
+
+#include "lib/base/describe.h"
 
 namespace pbdsurg {
 
@@ -31,6 +35,43 @@ void check_pose(const ToolPose& pose) {
       !(rotation.determinant() > 0)) {
     throw InvalidArgument("a tool's pose must be a finite translation and a rotation");
   }
+}
+
+void check_capsules(std::span<const Capsule> capsules) {
+  for (std::size_t c = 0; c < capsules.size(); ++c) {
+    const Capsule& capsule = capsules[c];
+    if (!capsule.start.allFinite() || !capsule.end.allFinite() || !(capsule.radius > 0) ||
+        !std::isfinite(capsule.radius)) {
+      throw InvalidArgument("capsule " + std::to_string(c) + " has radius " +
+                            std::to_string(capsule.radius) +
+                            " m; ends must be finite and the radius positive");
+    }
+  }
+}
+
+void check_grasp_compliance(float compliance) {
+  if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
+    throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
+                          " m/N; it must be in [0, 1e12]");
+  }
+}
+
+void check_gravity(const Eigen::Vector3f& gravity) {
+  if (!gravity.allFinite()) {
+    throw InvalidArgument("gravity is " + describe(Eigen::Vector3d(gravity.cast<double>())) +
+                          " m/s^2; it must be finite");
+  }
+}
+
+void check_grasped(const Tissue& tissue, ToolId tool, Index vertex, std::vector<bool>& is_held) {
+  if (!tissue.has_tissue(vertex)) {
+    throw InvalidArgument("vertex " + std::to_string(vertex) + " has no tissue left to hold");
+  }
+  if (is_held[vertex]) {
+    throw InvalidArgument("tool " + std::to_string(tool.value) + " holds vertex " +
+                          std::to_string(vertex) + " already");
+  }
+  is_held[vertex] = true;
 }
 
 }  // namespace pbdsurg

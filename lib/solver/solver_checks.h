@@ -4,7 +4,13 @@
 /// @file
 /// What calls of a solver name, once it is known to be there.
 
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/ids.h"
 #include "pbdsurg/solver/tool.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "lib/solver/state/solver_data.h"
 
@@ -18,5 +24,19 @@ ToolState& checked_tool(CopyState& copy, ToolId tool);
 
 /// @throws InvalidArgument  unless it is a finite translation and a rotation
 void check_pose(const ToolPose& pose);
+
+/// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive
+void check_capsules(std::span<const Capsule> capsules);
+
+/// @throws InvalidArgument  unless it is in [0, kLargestCompliance]
+void check_grasp_compliance(float compliance);
+
+/// @param gravity  m/s^2
+/// @throws InvalidArgument  naming a gravity that is not finite
+void check_gravity(const Eigen::Vector3f& gravity);
+
+/// @param is_held  [vertex_count] by that tool; takes the vertex
+/// @throws InvalidArgument  naming the vertex out of range, without tissue, or held already
+void check_grasped(const Tissue& tissue, ToolId tool, Index vertex, std::vector<bool>& is_held);
 
 }  // namespace pbdsurg

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/solver_copy.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
+#include "pbdsurg/base/error.h"
+
+#include "lib/base/check.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/sets/constraint_groups.h"
+#include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
@@ -15,6 +21,50 @@ namespace {
 template <class Value>
 std::size_t bytes_of(const std::vector<Value>& values) noexcept {
   return values.size() * sizeof(Value);
+}
+
+void check_count(const char* what, std::size_t count, std::size_t expected) {
+  if (count != expected) {
+    throw InvalidArgument("the motion has " + std::to_string(count) + " " + what + "; it needs " +
+                          std::to_string(expected));
+  }
+}
+
+void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
+  check_capsules(tool.capsules);
+  check_pose(tool.pose);
+  check_pose(tool.target);
+  std::vector<bool> is_held(static_cast<std::size_t>(tissue.vertex_count()), false);
+  for (const Attachment& held : tool.attachments) {
+    check_grasped(tissue, id, held.vertex, is_held);
+    check_grasp_compliance(held.compliance);
+    if (!held.anchor.allFinite()) {
+      throw InvalidArgument("vertex " + std::to_string(held.vertex) +
+                            " is held at a place that is not finite");
+    }
+  }
+}
+
+// What Solver::restore() does not check.
+void check_motion(const Solver& solver, const SolverMotion& motion) {
+  const SolverData& data = solver_data(solver);
+  check_count("copies", motion.copies.size(), static_cast<std::size_t>(data.copy_count()));
+  for (const Index place : motion.watched_places) {
+    check_id("place", place, data.particles.size());
+  }
+  check_gravity(motion.gravity);
+  if (!motion.body_gravities.empty()) {
+    check_count("gravities of bodies", motion.body_gravities.size(),
+                solver.tissue().bodies().size());
+    std::ranges::for_each(motion.body_gravities, check_gravity);
+  }
+  for (const SolverMotion::OfCopy& own : motion.copies) {
+    check_count("tools", own.tools.size(), motion.copies.front().tools.size());
+    check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
+    for (std::size_t i = 0; i < own.tools.size(); ++i) {
+      check_tool(solver.tissue(), ToolId(static_cast<Index>(i)), own.tools[i]);
+    }
+  }
 }
 
 // Of one that tools have not touched.
@@ -35,6 +85,8 @@ SolverCopy::SolverCopy(const Solver& solver) {
   options_ = data.options;
   substep_rule_ = data.substep_rule;
   gravity_ = data.gravity;
+  body_gravities_ = data.body_gravities;
+  gravities_ = data.gravities;
   place_of_vertex_ = data.place_of_vertex;
   state_ = without_tools(data.copy(0));
   constraints_ = data.sets;
@@ -53,6 +105,8 @@ Solver SolverCopy::make(Tissue& tissue) const {
   data.options = options_;
   data.substep_rule = substep_rule_;
   data.gravity = gravity_;
+  data.body_gravities = body_gravities_;
+  data.gravities = gravities_;
   data.place_of_vertex = place_of_vertex_;
   static_cast<ConstraintData&>(data.sets) = constraints_;
   data.vertex_blocks = vertex_blocks_;
@@ -77,6 +131,7 @@ std::size_t SolverCopy::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(place_of_vertex_) + bytes_of(state_.particles) + bytes_of(state_.velocities) +
       bytes_of(state_.carries) + bytes_of(state_.ways) + bytes_of(state_.velocities_before) +
+      bytes_of(state_.forces) + bytes_of(body_gravities_) + bytes_of(gravities_) +
       constraints_.distance_ids.memory_bytes() + constraints_.edge_owners.memory_bytes() +
       vertex_blocks_.memory_bytes() + coarse_space_.memory_bytes() + stable_substep_.memory_bytes();
   constraints_.for_each_set([&](const auto& set) { bytes += set.memory_bytes(); });
@@ -100,17 +155,24 @@ SolverMotion motion_of(const Solver& solver) {
   }
   motion.watched_places = data.watched_places;
   motion.steps_since_convergence = data.steps_since_convergence;
+  motion.gravity = data.gravity;
+  motion.body_gravities = data.body_gravities;
   return motion;
 }
 
 void set_motion(Solver& solver, const SolverMotion& motion) {
   SolverData& data = solver_data(solver);
+  check_motion(solver, motion);
   data.watched_places = motion.watched_places;
   data.steps_since_convergence = motion.steps_since_convergence;
+  data.gravity = motion.gravity;
+  data.set_body_gravities(solver.tissue(), motion.body_gravities);
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    data.copy(i).tools = motion.copies[i].tools;  // a plan asks for those of all copies
+  }
   for (Index i = 0; i < data.copy_count(); ++i) {
     const SolverMotion::OfCopy& own = motion.copies[i];
     CopyState& state = data.copy(i);
-    state.tools = own.tools;
     Snapshot snapshot = own.snapshot;
     snapshot.tissue = solver.tissue().identified_version();
     solver.restore(snapshot, i);
@@ -125,12 +187,13 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
 }
 
 std::size_t memory_bytes(const SolverMotion& motion) noexcept {
-  std::size_t bytes = bytes_of(motion.watched_places);
+  std::size_t bytes = bytes_of(motion.watched_places) + bytes_of(motion.body_gravities);
   for (const SolverMotion::OfCopy& copy : motion.copies) {
     const Snapshot& snapshot = copy.snapshot;
     bytes += bytes_of(snapshot.positions) + bytes_of(snapshot.velocities) +
              bytes_of(snapshot.falling) + bytes_of(snapshot.roundings) + bytes_of(snapshot.ways) +
-             bytes_of(snapshot.velocities_before) + bytes_of(copy.watched_positions);
+             bytes_of(snapshot.velocities_before) + bytes_of(snapshot.forces) +
+             bytes_of(copy.watched_positions);
     for (const ToolState& tool : copy.tools) {
       bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments);
     }

@@ -40,6 +40,8 @@ class PBDSURG_API SolverCopy {
   SolverOptions options_;
   SubstepRule substep_rule_;
   Eigen::Vector3f gravity_;
+  std::vector<Eigen::Vector3f> body_gravities_;
+  std::vector<Load> gravities_;
   std::vector<Index> place_of_vertex_;
   CopyState state_;
   ConstraintData constraints_;
@@ -49,7 +51,8 @@ class PBDSURG_API SolverCopy {
   StepPlan plan_;
 };
 
-/// All that moves in a solver: of each copy, vertices and tools with what they hold.
+/// All that moves in a solver, and what moves it: of each copy, vertices with the forces at them,
+/// and tools with what they hold.
 struct SolverMotion {
   struct OfCopy {
     Snapshot snapshot;
@@ -60,12 +63,16 @@ struct SolverMotion {
   std::vector<OfCopy> copies;
   std::vector<Index> watched_places;
   Index steps_since_convergence;
+  Eigen::Vector3f gravity;
+  std::vector<Eigen::Vector3f> body_gravities;
 };
 
 [[nodiscard]] PBDSURG_API SolverMotion motion_of(const Solver& solver);
 
 /// Tools included, those that the solver lacks are added.
 /// @param solver  with the topology that there was
+/// @throws InvalidArgument  as Solver::restore(), add_tool(), grasp() and watch(), or if the copies
+///                          differ in number, or in tools
 PBDSURG_API void set_motion(Solver& solver, const SolverMotion& motion);
 
 [[nodiscard]] PBDSURG_API std::size_t memory_bytes(const SolverMotion& motion) noexcept;

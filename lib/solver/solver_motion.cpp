@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -180,6 +181,7 @@ Snapshot Solver::snapshot(Index copy) const {
     snapshot.ways.emplace_back(way.x, way.y, way.z);
     snapshot.velocities_before.emplace_back(before.x, before.y, before.z);
   }
+  snapshot.forces = forces(copy);
   return snapshot;
 }
 
@@ -194,6 +196,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   check_size_if_any("the snapshot's ways", snapshot.ways.size(), state.ways.size());
   check_size("the snapshot's velocities before", snapshot.velocities_before.size(),
              snapshot.ways.size());
+  check_size_if_any("the snapshot's forces", snapshot.forces.size(), state.particles.size());
   const TissueVersion now = tissue().identified_version();
   if (snapshot.tissue.tissue != now.tissue) {
     throw InvalidArgument("the snapshot is of another tissue");
@@ -208,6 +211,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   check_roundings(snapshot);
   check_finite("way", snapshot.ways);
   check_finite("velocity before", snapshot.velocities_before);
+  check_finite("force", snapshot.forces);
   if (!(snapshot.past_substep >= 0) || !std::isfinite(snapshot.past_substep)) {
     throw InvalidArgument("the past substep of the snapshot is " +
                           std::to_string(snapshot.past_substep) + " s; it must be >= 0 and finite");
@@ -251,6 +255,12 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   state.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();
+  clear_forces(copy);
+  if (!snapshot.forces.empty()) {
+    std::vector<Index> vertices(snapshot.forces.size());
+    std::iota(vertices.begin(), vertices.end(), 0);
+    set_forces(vertices, snapshot.forces, copy);
+  }
 }
 
 std::uint64_t Solver::state_hash(Index copy) const {
@@ -282,6 +292,11 @@ std::uint64_t Solver::state_hash(Index copy) const {
   }
   if (has_past_lengths(data_->options)) {
     mix(state.past_substep);
+  }
+  for (const Eigen::Vector3f& force : forces(copy)) {
+    for (const float value : {force.x(), force.y(), force.z()}) {
+      mix(value);
+    }
   }
   return hash;
 }

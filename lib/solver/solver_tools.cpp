@@ -1,28 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tools of a solver: where they are, what they hold, and what pulls at them.
-#include <cmath>
 #include <string>
 #include <utility>
 
-#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "lib/base/check.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
 
 ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
-  for (std::size_t c = 0; c < capsules.size(); ++c) {
-    const Capsule& capsule = capsules[c];
-    if (!capsule.start.allFinite() || !capsule.end.allFinite() || !(capsule.radius > 0) ||
-        !std::isfinite(capsule.radius)) {
-      throw InvalidArgument("capsule " + std::to_string(c) + " has radius " +
-                            std::to_string(capsule.radius) +
-                            " m; ends must be finite and the radius positive");
-    }
-  }
+  check_capsules(capsules);
   check_pose(pose);
   ToolState tool;
   tool.capsules.assign(capsules.begin(), capsules.end());
@@ -61,24 +50,13 @@ ToolPose Solver::tool_target(ToolId tool, Index copy) const {
 void Solver::grasp(ToolId tool, std::span<const Index> vertices, float compliance, Index copy) {
   CopyState& owner = checked_copy(*data_, copy);
   ToolState& state = checked_tool(owner, tool);
-  if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
-    throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
-                          " m/N; it must be in [0, 1e12]");
-  }
+  check_grasp_compliance(compliance);
   std::vector<bool> held(data_->particles.size(), false);
   for (const Attachment& attachment : state.attachments) {
     held[attachment.vertex] = true;
   }
   for (const Index v : vertices) {
-    check_id("vertex", v, data_->particles.size());
-    if (!tissue().has_tissue(v)) {
-      throw InvalidArgument("vertex " + std::to_string(v) + " has no tissue left to hold");
-    }
-    if (held[v]) {
-      throw InvalidArgument("tool " + std::to_string(tool.value) + " holds vertex " +
-                            std::to_string(v) + " already");
-    }
-    held[v] = true;
+    check_grasped(tissue(), tool, v, held);
   }
   std::vector<Eigen::Vector3f> positions(vertices.size());
   data_->read_positions(copy, vertices, positions);

@@ -206,6 +206,7 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
   work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
   work.current.restore(work.field, std::move(warm_tets));
   work.contact.forget();
+  work.unseen = 0;
   work.link_doses = std::move(doses);
   work.parting_links = std::move(full_links);  // those that live part in the next update
   work.link_energy = snapshot.link_energy;

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -209,7 +211,40 @@ Index ConnectiveTissue::join(Scene& scene, Index first, Index second,
   return first_strand;
 }
 
-// Allocates in join() alone: later the whole strands are never more than they were then.
+ConnectiveTissue::ConnectiveTissue(std::vector<Strand> strands, std::vector<StrandEvent> events,
+                                   const Tissue& tissue)
+    : strands_(std::move(strands)),
+      is_whole_(strands_.size(), true),
+      events_(std::move(events)),
+      undone_events_(events_.size()) {
+  const std::span<const Link> links = tissue.links();
+  std::int64_t end = 0;
+  for (std::size_t s = 0; s < strands_.size(); ++s) {
+    const Strand& strand = strands_[s];
+    const std::int64_t next = std::int64_t{strand.first_link} + strand.link_count;
+    if (strand.first_link < end || strand.link_count < 0 || next > std::ssize(links)) {
+      throw InvalidArgument("strand " + std::to_string(s) + " is of links " +
+                            std::to_string(strand.first_link) + " to " + std::to_string(next) +
+                            "; they must be in [" + std::to_string(end) + ", " +
+                            std::to_string(links.size()) + ")");
+    }
+    end = next;
+  }
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    check_id("strand", events_[i].strand, strands_.size());
+    if (!is_whole_[events_[i].strand]) {
+      throw InvalidArgument("event " + std::to_string(i) + " is of strand " +
+                            std::to_string(events_[i].strand) +
+                            ", which had parted before; a strand parts once");
+    }
+    is_whole_[events_[i].strand] = false;
+  }
+  events_.reserve(strands_.size());
+  collect_whole(links);
+}
+
+// Allocates in join() and in the constructor alone: later the whole strands are never more than
+// they were then.
 void ConnectiveTissue::collect_whole(std::span<const Link> links) noexcept {
   whole_.clear();
   ends_.clear();

@@ -55,6 +55,7 @@ void Current::follow(const HeatField& field) noexcept {
 }
 
 void Current::restore(const HeatField& field, std::vector<Index> warm_tets) noexcept {
+  potential_.forget();
   for (Index t = 0; t < static_cast<Index>(conductivities_.size()); ++t) {
     find_conductivity(field, t);
   }

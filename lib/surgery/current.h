@@ -67,8 +67,8 @@ class Current {
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
   [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
 
-  /// Takes the conductivity of all tissue anew, after the field went back to a snapshot. Cost:
-  /// O(tetrahedra).
+  /// Takes the conductivity of all tissue anew, after the field went back to a snapshot, and keeps
+  /// nothing of the last potential. Cost: O(tetrahedra).
   /// @param warm_tets  live ones at the field's active vertices, ascending
   void restore(const HeatField& field, std::vector<Index> warm_tets) noexcept;
 

@@ -125,6 +125,22 @@ std::unique_ptr<TissueData> copy_of(const TissueData& data) {
   return copy;
 }
 
+Scene scene_of(const TissueData& data) {
+  const auto vector_of = [](const auto& array) {
+    return std::vector(array.values().begin(), array.values().end());
+  };
+  Scene scene;
+  scene.bodies_ = vector_of(data.bodies);
+  scene.positions_ = vector_of(data.rest_positions);
+  scene.masses_ = vector_of(data.masses);
+  scene.fixed_.assign(data.fixed.values().begin(), data.fixed.values().end());
+  scene.tets_ = vector_of(data.tets);
+  scene.links_ = vector_of(data.links);
+  scene.hinges_ = vector_of(data.hinges);
+  scene.gravity_ = data.gravity;
+  return scene;
+}
+
 std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   auto compacted = std::make_unique<TissueData>();
   TissueData& made = *compacted;

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "pbdsurg/tissue/renumbering.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include "lib/tissue/tissue_data.h"
 
@@ -18,6 +19,9 @@ namespace pbdsurg {
 
 /// All of a tissue but its followers and the undo of its last edit: another tissue. Cost: likewise.
 [[nodiscard]] std::unique_ptr<TissueData> copy_of(const TissueData& data);
+
+/// The scene that a tissue was made of, before any edit. Cost: likewise.
+[[nodiscard]] Scene scene_of(const TissueData& data);
 
 /// What lives, with new ids: in the order of bodies, and within a body in that of the old ids.
 /// @param ids  filled, but for versions

@@ -6,6 +6,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/base/ids.h"
@@ -16,6 +17,21 @@ namespace pbdsurg {
 
 class BodyTable final : public Follower {
  public:
+  struct Entry {
+    std::string name;
+    TissueRecord record;
+    Index in_tissue;  // kWaiting; kInvalidIndex: gone
+    Index before;     // the last edit
+    Index last_in_tissue;
+  };
+
+  BodyTable() = default;
+  /// As another was.
+  explicit BodyTable(std::vector<Entry> entries) : entries_(std::move(entries)) {}
+
+  /// [body_count] by id
+  [[nodiscard]] std::span<const Entry> entries() const noexcept { return entries_; }
+
   /// Adds one that the tissue has, or one that waits for an edit to bring it.
   /// @param in_tissue  kWaiting for that
   BodyId add(const std::string& name, const TissueRecord& record, Index in_tissue);
@@ -50,13 +66,6 @@ class BodyTable final : public Follower {
   void renumber(const Tissue& tissue, const Renumbering& ids) noexcept override;
 
  private:
-  struct Entry {
-    std::string name;
-    TissueRecord record;
-    Index in_tissue;  // kWaiting; kInvalidIndex: gone
-    Index before;     // the last edit
-    Index last_in_tissue;
-  };
   [[nodiscard]] const Entry& entry(BodyId body) const;
 
   std::vector<Entry> entries_;

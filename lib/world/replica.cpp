@@ -14,6 +14,12 @@ void Replica::grasp(ToolId tool, std::span<const Index> vertices, float complian
 void Replica::release(ToolId tool) {
   solver_->release(tool, id_);
 }
+void Replica::set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces) {
+  solver_->set_forces(vertices, forces, id_);
+}
+void Replica::clear_forces() {
+  solver_->clear_forces(id_);
+}
 Eigen::Vector3f Replica::force(ToolId tool) const {
   return solver_->tool_force(tool, id_);
 }

@@ -8,7 +8,7 @@
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/membrane.h"
 
-#include "lib/world/world_data.h"
+#include "lib/world/world_state_data.h"
 
 namespace pbdsurg {
 namespace {
@@ -38,7 +38,7 @@ void World::Data::follow_tissue() {
 
 void World::Data::add_burner(const BurnerSetup& setup) {
   burners.push_back(std::make_unique<Burner>(
-      Burner{setup, std::nullopt, Cautery(*tissue, setup.burnt, setup.options)}));
+      Burner{setup, std::nullopt, Cautery(*tissue, setup.since_record.burnt, setup.options)}));
 }
 
 void World::Data::check_is_scene(const char* what) const {
@@ -162,8 +162,40 @@ Index World::add_hinges(BodyId body, float rigidity) {
 }
 
 void World::set_gravity(const Eigen::Vector3f& gravity) {
-  data_->check_is_scene("gravity");
-  data_->scene.set_gravity(gravity);
+  if (data_->solver == nullptr) {
+    data_->scene.set_gravity(gravity);
+  } else {
+    data_->solver->set_gravity(gravity);
+  }
+}
+
+void World::set_gravity(BodyId body, const Eigen::Vector3f& gravity) {
+  const Index of_tissue = data_->bodies.in_tissue(body);
+  data_->make_solver();
+  data_->solver->set_gravity(of_tissue, gravity);
+}
+
+std::vector<Index> World::vertices_with_tissue(BodyId body) {
+  const Index of_tissue = data_->bodies.in_tissue(body);
+  data_->make_solver();
+  const Tissue& tissue = *data_->tissue;
+  std::vector<Index> vertices;
+  for (Index v = 0; v < tissue.vertex_count(); ++v) {
+    if (tissue.body_of_vertex(v) == of_tissue && tissue.has_tissue(v)) {
+      vertices.push_back(v);
+    }
+  }
+  return vertices;
+}
+
+void World::set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces) {
+  data_->make_solver();
+  data_->solver->set_forces(vertices, forces);
+}
+
+void World::clear_forces() {
+  data_->make_solver();
+  data_->solver->clear_forces();
 }
 
 void World::remove_body(BodyId body) {
@@ -229,12 +261,14 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
   for (Executor* const executor : {&wanted.heat.executor, &wanted.potential.executor}) {
     *executor = executor->or_else(data.options.executor.or_else(data.solver->options().executor));
   }
+  const std::size_t recorded = data.journal != nullptr ? data.journal->edits().size() : 0;
+  const std::size_t earlier = data.origin != nullptr ? data.origin->edits_of_scene.size() : 0;
   data.add_burner({tool,
                    {bodies.begin(), bodies.end()},
                    electrode,
-                   std::move(burnt),
                    std::move(wanted),
-                   data.journal != nullptr ? data.journal->edits().size() : 0});
+                   {recorded, burnt},
+                   {earlier + recorded, burnt}});
   data.refresh();
   return CauteryId(static_cast<Index>(data.burners.size()) - 1);
 }

@@ -23,10 +23,15 @@ namespace pbdsurg {
 struct BurnerSetup {
   ToolId tool;
   std::vector<BodyId> bodies;
-  Electrode electrode;             // in the tool's frame
-  std::vector<ThermalBody> burnt;  // of the tissue, as it was when the burner came
+  Electrode electrode;  // in the tool's frame
   CauteryOptions options;
-  std::size_t edit_count_before = 0;  // it came, since recording began
+  // When it came, and which bodies of the tissue it burns, by their numbers then.
+  struct Arrival {
+    std::size_t edits_before;
+    std::vector<ThermalBody> burnt;
+  };
+  Arrival since_record;  // or as if it had come with that
+  Arrival since_scene;   // since the first recording, see World::Origin::scene
 };
 
 /// A generator at a tool, and what it burns.

@@ -6,10 +6,9 @@
 #include <cstddef>
 #include <utility>
 
-#include "lib/solver/solver_copy.h"
 #include "lib/tissue/compact.h"
 #include "lib/world/edit_journal.h"
-#include "lib/world/world_data.h"
+#include "lib/world/world_state_data.h"
 
 namespace pbdsurg {
 
@@ -30,28 +29,6 @@ void EditJournal::renumber(const Tissue&, const Renumbering&) noexcept {
   was_renumbered_ = true;
 }
 
-// Tissue and solver as they were when recording began.
-struct World::Origin {
-  SolverOptions options;  // of the world
-  std::unique_ptr<const TissueData> tissue;
-  SolverCopy solver;
-  std::size_t bytes;
-};
-
-struct WorldState::Data {
-  std::shared_ptr<const World::Origin> origin;
-  EditJournal::Edits edits;
-  ConnectiveTissue strands;
-  BodyTable bodies;
-  struct OfBurner {
-    BurnerSetup setup;
-    std::optional<GeneratorSettings> settings;
-    CauterySnapshot cautery;
-  };
-  std::vector<OfBurner> burners;
-  SolverMotion motion;
-};
-
 namespace {
 
 template <class Value>
@@ -64,15 +41,28 @@ std::size_t bytes_of(const HeatSnapshot& heat) noexcept {
          (heat.held.size() + heat.active.size() + heat.pending.size()) * sizeof(Index);
 }
 
+std::size_t bytes_in(const auto&... lists) noexcept {
+  return (... + (lists.size() * sizeof(lists[0])));
+}
+
+std::size_t bytes_of(const Scene& scene) noexcept {
+  return bytes_in(scene.bodies(), scene.positions(), scene.masses(), scene.tets(), scene.links(),
+                  scene.hinges());
+}
+
 std::size_t bytes_of(const TopologyEdit& edit) noexcept {
-  const auto bytes = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
-  const Scene& come = edit.new_bodies;
-  return sizeof(edit) +
-         bytes(come.bodies(), come.positions(), come.masses(), come.tets(), come.links(),
-               come.hinges()) +
-         bytes(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
-               edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
-               edit.new_tets, edit.new_links);
+  return sizeof(edit) + bytes_of(edit.new_bodies) +
+         bytes_in(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
+                  edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
+                  edit.new_tets, edit.new_links);
+}
+
+std::size_t bytes_of(const EditJournal::Edits& edits) noexcept {
+  std::size_t bytes = 0;
+  for (const auto& edit : edits) {
+    bytes += bytes_of(*edit);
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -88,7 +78,7 @@ std::size_t WorldState::memory_bytes() const noexcept {
   std::size_t bytes = data_->edits.size() * sizeof(data_->edits[0]) +
                       bytes_of(data_->strands.strands()) + bytes_of(data_->strands.events()) +
                       pbdsurg::memory_bytes(data_->motion);
-  for (const Data::OfBurner& burner : data_->burners) {
+  for (const BurnerState& burner : data_->burners) {
     bytes += bytes_of(burner.cautery.heat) + burner.cautery.link_doses.size() * sizeof(double) +
              burner.cautery.due.size() * sizeof(DueTet);
   }
@@ -99,21 +89,39 @@ std::size_t WorldState::shared_bytes() const noexcept {
   if (data_ == nullptr) {
     return 0;
   }
-  std::size_t bytes = data_->origin->bytes;
-  for (const auto& edit : data_->edits) {
-    bytes += bytes_of(*edit);
-  }
-  return bytes;
+  return data_->origin->bytes + bytes_of(data_->edits);
+}
+
+std::shared_ptr<const World::Origin> World::Origin::of(const Executor& executor,
+                                                       const Solver& solver,
+                                                       std::shared_ptr<const Scene> scene,
+                                                       EditJournal::Edits edits_of_scene) {
+  SolverOptions options = solver.options();
+  options.executor = executor;
+  std::unique_ptr<TissueData> tissue = copy_of(tissue_data(solver.tissue()));
+  SolverCopy copy(solver);
+  const std::size_t bytes = solver.tissue().memory_bytes() + copy.memory_bytes() +
+                            (scene == nullptr ? 0 : bytes_of(*scene)) + bytes_of(edits_of_scene);
+  return std::make_shared<const Origin>(Origin{std::move(options), std::move(tissue),
+                                               std::move(copy), bytes, std::move(scene),
+                                               std::move(edits_of_scene)});
 }
 
 void World::record() {
   Data& data = *data_;
   data.make_solver();
-  std::unique_ptr<TissueData> tissue = copy_of(tissue_data(*data.tissue));
-  SolverCopy solver(*data.solver);
-  const std::size_t bytes = data.tissue->memory_bytes() + solver.memory_bytes();
-  auto origin = std::make_shared<const Origin>(
-      Origin{data.options, std::move(tissue), std::move(solver), bytes});
+  std::shared_ptr<const Scene> scene;
+  EditJournal::Edits edits_of_scene;
+  if (data.tissue->version() == 0) {
+    scene = std::make_shared<const Scene>(scene_of(tissue_data(*data.tissue)));
+  } else if (data.journal != nullptr && !data.journal->was_renumbered()) {
+    scene = data.origin->scene;
+    edits_of_scene = data.origin->edits_of_scene;
+    const EditJournal::Edits& since = data.journal->edits();
+    edits_of_scene.insert(edits_of_scene.end(), since.begin(), since.end());
+  }
+  std::shared_ptr<const Origin> origin =
+      Origin::of(data.options.executor, *data.solver, std::move(scene), std::move(edits_of_scene));
   std::vector<std::vector<ThermalBody>> burnt;  // [burner] a compaction may have come
   for (const auto& burner : data.burners) {
     std::vector<ThermalBody>& bodies = burnt.emplace_back();
@@ -125,14 +133,16 @@ void World::record() {
       }
     }
   }
+  for (const auto& burner : data.burners) {  // as in worlds that are made of it
+    burner->cautery.restore(burner->cautery.snapshot());
+  }
   auto journal = std::make_unique<EditJournal>();
   data.tissue->add_follower(*journal);
   // nothing is left to fail
   data.origin = std::move(origin);
   data.journal = std::move(journal);
   for (std::size_t i = 0; i < burnt.size(); ++i) {
-    data.burners[i]->setup.edit_count_before = 0;
-    data.burners[i]->setup.burnt = std::move(burnt[i]);
+    data.burners[i]->setup.since_record = {0, std::move(burnt[i])};
   }
 }
 
@@ -170,7 +180,7 @@ World::World(const WorldState& state) {
   // burners come when they came, so that surfaces have the same slots
   auto burner = saved.burners.begin();
   const auto add_burners = [&](std::size_t edit_count) {
-    for (; burner != saved.burners.end() && burner->setup.edit_count_before <= edit_count;
+    for (; burner != saved.burners.end() && burner->setup.since_record.edits_before <= edit_count;
          ++burner) {
       made->add_burner(burner->setup);
     }

@@ -14,7 +14,8 @@
 namespace pbdsurg {
 
 // Would catch a device that pushes vertices otherwise than the serial executor does, a kernel of
-// all substeps that reads a neighbour too early or too late, or misses what an edit changed.
+// all substeps that reads a neighbour too early or too late, or misses what an edit changed, or
+// forces and gravity.
 TEST_CASE("cuda explicit steps: strict has the serial bits, with tools and without", "[device]") {
   const auto strategy =
       GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cooperative);
@@ -53,6 +54,15 @@ TEST_CASE("cuda explicit steps: strict has the serial bits, with tools and witho
       }
       if (has_tools) {
         each->move_tool(ToolId(0), pose, 1);
+      }
+      if (round == 10) {
+        each->set_forces(std::array<Index, 2>{30, 75},
+                         std::array<Eigen::Vector3f, 2>{{{1e-4F, 0, 0}, {0, 0, -2e-4F}}}, 1);
+      } else if (round == 20) {
+        each->set_gravity(1, {0, 0, 5});
+      } else if (round == 30) {
+        each->clear_forces(1);
+        each->set_gravity({1, -9, 0});
       }
     }
     REQUIRE(device.plan().longest_substep == serial.plan().longest_substep);

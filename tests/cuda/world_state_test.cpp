@@ -12,7 +12,7 @@ using testing::at;
 using testing::SlabWorld;
 
 // Would catch what a state leaves on the device: rows and colours of edited tissue, motion, heat,
-// what a tool holds.
+// what a tool holds, forces and gravity.
 TEST_CASE("cuda world state: a world goes on as the one that was saved, to the bit", "[device]") {
   const SolverMethod method = GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
   SlabWorld slabs(SolverOptions{.method = method, .damping = 20, .executor = cuda::device()});
@@ -24,6 +24,9 @@ TEST_CASE("cuda world state: a world goes on as the one that was saved, to the b
   };
   REQUIRE(world.grasp_near(slabs.grasper, slabs.upper, 5e-3F, 1e-4F).size() > 4);
   slabs.burn();
+  world.set_gravity(slabs.upper, {0, 0, 1});
+  world.set_forces(slabs.lower,
+                   [](Index, const Eigen::Vector3f& x) -> Eigen::Vector3f { return 1e-4F * x; });
   Index removed = 0;
   for (int step = 0; step < 60; ++step) {
     removed += pull(world, 11e-3F + 5e-5F * static_cast<float>(step)).removed_tets;

@@ -54,6 +54,14 @@ const std::array kFewVariants{
     NamedVariant{"vertex-block", {.method = kVertexBlock}},
     NamedVariant{"vertex-block-damped", {.method = kVertexBlock, .damping = 0.01F}}};
 
+// Those with forces, and gravity that changes.
+const std::array kLoadedVariants{
+    NamedVariant{"separate-damped", {.damping = 0.01F}},
+    NamedVariant{"fraction-separate", {.mode = kFraction}},
+    NamedVariant{"vertex-block", {.method = kVertexBlock}},
+    NamedVariant{"vertex-block-bdf2",
+                 {.method = kVertexBlock, .integration = TimeIntegration::bdf2}}};
+
 struct NamedColoring {
   const char* name;
   PlanComposition composition;
@@ -90,13 +98,16 @@ int rounds_of(const Scene& scene, int rounds) {
 
 // All that can be done to a solver, choices by seed and state.
 void run_eventful(const Scene& scene, const SolverOptions& options, const Executor& executor,
-                  Record& record) {
+                  Record& record, bool has_loads = false) {
   const int rounds = rounds_of(scene, 60), interval = rounds / 3;
   Driver driver(scene, options, executor);
   const EventfulProgram program(scene, 1);
   program.begin(driver.solver());
   for (int round = 0; round < rounds; ++round) {
     program.act(driver.solver(), round);
+    if (has_loads) {
+      program.load(driver.solver(), round);
+    }
     driver.step(kEventfulTimeStep);
     if (round % interval == interval - 1) {
       driver.look(record, round + 1);
@@ -109,7 +120,8 @@ void run_eventful(const Scene& scene, const SolverOptions& options, const Execut
 }
 
 // Copies that each do something else.
-void run_copies(const Variant& variant, const Executor& executor, Record& record) {
+void run_copies(const Variant& variant, const Executor& executor, Record& record,
+                bool has_loads = false) {
   constexpr Index kCopies = 3;
   const Scene scene = make_scene(variant);
   const int rounds = rounds_of(scene, 36), interval = rounds / 2;
@@ -121,6 +133,9 @@ void run_copies(const Variant& variant, const Executor& executor, Record& record
   for (int round = 0; round < rounds; ++round) {
     for (Index copy = 0; copy < kCopies; ++copy) {
       program.act(driver.solver(), round, copy, copy);
+      if (has_loads) {
+        program.load(driver.solver(), round, copy, copy);
+      }
     }
     if (round % 4 >= 2) {
       program.edit(driver.solver(), round);
@@ -251,6 +266,16 @@ std::vector<Program> mechanics_programs() {
     add(std::string("within-steps-") + named.name,
         [&named](const Executor& executor, Record& record) {
           run_within_steps(named.variant, executor, record);
+        });
+  }
+  for (const NamedVariant& named : kLoadedVariants) {
+    add(std::string("loaded-") + named.name, [&named](const Executor& executor, Record& record) {
+      run_eventful(make_scene(named.variant), testing::options_of(named.variant), executor, record,
+                   true);
+    });
+    add(std::string("loaded-copies-") + named.name,
+        [&named](const Executor& executor, Record& record) {
+          run_copies(named.variant, executor, record, true);
         });
   }
   add("block-separate", [](const Executor& executor, Record& record) {

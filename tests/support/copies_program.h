@@ -111,6 +111,22 @@ class CopiesProgram {
     }
   }
 
+  /// Before a step, beside act(), for one copy: forces of its own, and gravity of all.
+  void load(Solver& solver, int round, Index which, Index copy) const {
+    const std::uint64_t choice = random(round, 20 + static_cast<std::uint64_t>(which));
+    if (choice % 4 == 0) {
+      const std::array forces{Eigen::Vector3f(1e-4F * static_cast<float>(which), 2e-4F, 0)};
+      solver.set_forces(std::array{vertex(solver, round, 140)}, forces, copy);
+    } else if (choice % 16 == 1) {
+      solver.clear_forces(copy);
+    }
+    if (round % 8 == 6) {
+      solver.set_gravity(static_cast<Index>(random(round, 150) % 3), Eigen::Vector3f(0, -5, 2));
+    } else if (round % 16 == 13) {
+      solver.set_gravity(Eigen::Vector3f(1, -9.81F, 0));
+    }
+  }
+
  private:
   static constexpr std::uint64_t kHeld = 130;  // choices of vertices to grasp: this and the next
 
@@ -212,6 +228,8 @@ inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options
     for (Index i = 0; i < copies; ++i) {
       program.act(solver, round, i, i);
       program.act(*singles[i], round, i, 0);
+      program.load(solver, round, i, i);
+      program.load(*singles[i], round, i, 0);
     }
     if (!edits_first) {
       edit();

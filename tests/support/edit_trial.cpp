@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/edit_trial.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <sstream>
@@ -133,6 +134,45 @@ std::string EditTrial::try_bad_edit(Choices& choices) {
   }
 }
 
+void EditTrial::load(Choices& choices) {
+  const auto some = [&](float size) {
+    return Eigen::Vector3f(size * static_cast<float>(choices.share()), size, 0);
+  };
+  const auto call = [&](const auto& set) {
+    set(solver_);
+    if (twin_) {
+      set(*twin_);
+    }
+  };
+  switch (choices.below(4)) {
+    case 0: {
+      const auto vertices =
+          pick_some(find_all(model_.points.size(), [](Index) { return true; }), 9, choices);
+      const std::vector<Eigen::Vector3f> forces(vertices.size(), some(1e-5F));  // N
+      call([&](Solver& solver) { solver.set_forces(vertices, forces); });
+      for (const Index v : vertices) {
+        model_.forces[v] = forces[0];
+      }
+      break;
+    }
+    case 1:
+      call([](Solver& solver) { solver.clear_forces(); });
+      std::ranges::fill(model_.forces, Eigen::Vector3f::Zero());
+      break;
+    case 2: {
+      const Index body = choices.below(static_cast<Index>(model_.bodies.size()));
+      model_.gravities[body] = some(9);  // m/s^2
+      call([&](Solver& solver) { solver.set_gravity(body, model_.gravities[body]); });
+      break;
+    }
+    default:
+      model_.gravity = some(9);
+      std::ranges::fill(model_.gravities, model_.gravity);
+      call([&](Solver& solver) { solver.set_gravity(model_.gravity); });
+      break;
+  }
+}
+
 void EditTrial::begin_step() {
   solver_.start_step(kTimeStep);
   if (twin_) {
@@ -240,6 +280,9 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& 
   while (wrong.empty() && !choices.is_spent()) {
     if (!trial.is_stepping() && choices.below(4) == 0) {
       trial.start_step();
+    }
+    if (choices.below(6) == 0) {
+      trial.load(choices);
     }
     switch (choices.below(10)) {
       case 0:

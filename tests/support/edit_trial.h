@@ -52,6 +52,9 @@ class EditTrial {
   /// Why the last bad edit was refused.
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
+  /// Sets forces, or gravity, or takes forces away.
+  void load(Choices& choices);
+
   /// Begins a step, within which edits come until step().
   void start_step();
   [[nodiscard]] bool is_stepping() const { return is_stepping_; }

@@ -183,6 +183,35 @@ class EventfulProgram {
     }
   }
 
+  /// Before a step, beside act(): forces and gravity come, change and go.
+  void load(Solver& solver, int round) const {
+    const float size = 1e-4F * static_cast<float>(random(round, 60) % 8);
+    switch (random(round, 61) % 12) {
+      case 0:
+      case 1:
+        solver.set_forces(std::array{some_vertex(solver, round)},
+                          std::array{Eigen::Vector3f(size, 1e-4F, -size)});
+        break;
+      case 2:
+        solver.set_forces([&](Index v, const Eigen::Vector3f& x) -> Eigen::Vector3f {
+          return v % 3 == 0 ? Eigen::Vector3f::Zero() : Eigen::Vector3f(1e-2F * x);
+        });
+        break;
+      case 3:
+        solver.clear_forces();
+        break;
+      case 4:
+        solver.set_gravity(static_cast<Index>(random(round, 62) % solver.tissue().bodies().size()),
+                           Eigen::Vector3f(0, -5, 1e4F * size));
+        break;
+      case 5:
+        solver.set_gravity(Eigen::Vector3f(-1e4F * size, -9.81F, 0));
+        break;
+      default:
+        break;
+    }
+  }
+
  private:
   [[nodiscard]] std::uint64_t random(int round, std::uint64_t what) const {
     return random_bits(seed_, static_cast<std::uint64_t>(round), what) >> 8;

@@ -121,6 +121,7 @@ void FakeDevice::start_step(SolverData& data) {
   }
   followed_ = {};
   take_over(data);
+  own_.gravity = data.gravity;
   static_cast<PieceLists&>(own_.free_pieces) = data.free_pieces;
   own_.coarse_space = data.coarse_space;
   for (Index i = 0; i < data.copy_count(); ++i) {
@@ -363,8 +364,38 @@ void FakeDevice::take_over_state(const SolverData& data) {
     for (const Index v : changes.moved) {
       state_.take_place(i, data.copy(i), data.place_of_vertex[v]);
     }
+    take_over_forces(data, i);
+  }
+  if (changes.gravities) {
+    own_.gravities = data.gravities;
+  } else if (!own_.gravities.empty()) {
+    own_.gravities.resize(count);
+    for (const Index v : changes.moved) {
+      const Index place = data.place_of_vertex[v];
+      own_.gravities[place] = data.gravities[place];
+    }
   }
   vertex_count_ = count;
+}
+
+// All, once there are any; then those that are named.
+void FakeDevice::take_over_forces(const SolverData& data, Index copy) {
+  const std::vector<Load>& forces = data.copy(copy).forces;
+  std::vector<Load>& own = own_.copy(copy).forces;
+  if (own.empty()) {
+    own = forces;
+    return;
+  }
+  own.resize(data.particles.size());
+  const auto take = [&](Index place) { own[place] = forces.empty() ? Load{} : forces[place]; };
+  for (const Index v : data.changes.moved) {
+    take(data.place_of_vertex[v]);
+  }
+  for (const Changes::Force& force : data.changes.forces) {
+    if (force.copy == copy) {
+      take(force.place);
+    }
+  }
 }
 
 // Rows cannot be written one by one, so all are copied once no others differ than were named.

@@ -56,6 +56,7 @@ class FakeDevice final : public Backend {
   void refresh(DeviceRecords<Constraint>& records, const SolverData& data);
   void take_over(const SolverData& data);
   void take_over_state(const SolverData& data);
+  void take_over_forces(const SolverData& data, Index copy);
   void take_over_blocks(const VertexBlocks& blocks, const Changes& changes);
   void check_blocks(const VertexBlocks& blocks, const Changes& changes) const;
 

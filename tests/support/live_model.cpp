@@ -32,7 +32,7 @@ Edge edge_between(Index a, Index b) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-LiveModel::LiveModel(const Scene& scene) {
+LiveModel::LiveModel(const Scene& scene) : gravity(scene.gravity()) {
   add_bodies(scene);
 }
 
@@ -70,6 +70,8 @@ void LiveModel::add_bodies(const Scene& added) {
     body.first_tet += first_tet;
     bodies.push_back(std::move(body));
   }
+  forces.resize(points.size(), Eigen::Vector3f::Zero());
+  gravities.resize(bodies.size(), gravity);
   for (Link link : added.links()) {
     link.first += first_vertex;
     link.second += first_vertex;

@@ -27,22 +27,25 @@ struct LiveModel {
   [[nodiscard]] Index vertex_count() const { return static_cast<Index>(points.size()); }
   [[nodiscard]] const Body& body_of_tet(Index tet) const { return bodies[tet_bodies[tet]]; }
 
-  std::vector<Body> bodies;             // [body_count] as they came, also those that went
-  std::vector<Eigen::Vector3d> points;  // [vertex_count] m, at rest
-  std::vector<double> particle_masses;  // [vertex_count] kg, zero of all that are no particles
-  std::vector<Index> vertex_bodies;     // [vertex_count]
-  std::vector<bool> is_fixed;           // [vertex_count]
-  std::vector<Tet> tets;                // [tet_count]
-  std::vector<bool> tet_alive;          // [tet_count]
-  std::vector<Index> tet_bodies;        // [tet_count]
-  std::vector<float> rest_volumes;      // [tet_count] m^3
-  std::vector<Link> links;              // [link_count]
-  std::vector<bool> link_alive;         // [link_count] unless an end has lost its tissue
-  std::vector<Hinge> hinges;            // [hinge_count]
-  std::vector<bool> hinge_alive;        // [hinge_count]
-  std::map<Edge, float> rest_lengths;   // m, of edges that are or were
-  std::map<Edge, float> limits;         // m, the same where stretch is limited
-  bool has_grown = false;               // whether edits brought vertices or tetrahedra
+  std::vector<Body> bodies;                // [body_count] as they came, also those that went
+  std::vector<Eigen::Vector3d> points;     // [vertex_count] m, at rest
+  std::vector<double> particle_masses;     // [vertex_count] kg, zero of all that are no particles
+  std::vector<Index> vertex_bodies;        // [vertex_count]
+  std::vector<bool> is_fixed;              // [vertex_count]
+  std::vector<Tet> tets;                   // [tet_count]
+  std::vector<bool> tet_alive;             // [tet_count]
+  std::vector<Index> tet_bodies;           // [tet_count]
+  std::vector<float> rest_volumes;         // [tet_count] m^3
+  std::vector<Link> links;                 // [link_count]
+  std::vector<bool> link_alive;            // [link_count] unless an end has lost its tissue
+  std::vector<Hinge> hinges;               // [hinge_count]
+  std::vector<bool> hinge_alive;           // [hinge_count]
+  std::map<Edge, float> rest_lengths;      // m, of edges that are or were
+  std::map<Edge, float> limits;            // m, the same where stretch is limited
+  std::vector<Eigen::Vector3f> forces;     // [vertex_count] N
+  std::vector<Eigen::Vector3f> gravities;  // [body_count] m/s^2
+  Eigen::Vector3f gravity;                 // m/s^2, of bodies to come
+  bool has_grown = false;                  // whether edits brought vertices or tetrahedra
 
  private:
   void add_bodies(const Scene& added);

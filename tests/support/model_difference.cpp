@@ -458,6 +458,21 @@ void compare_owners(const LiveModel& model, const Solver& solver, const Fresh& f
 
 }  // namespace
 
+namespace {
+
+void compare_loads(const LiveModel& model, const Solver& solver) {
+  const std::vector<Eigen::Vector3f> forces = solver.forces();
+  for (std::size_t v = 0; v < model.points.size(); ++v) {
+    require(forces.empty() ? model.forces[v].isZero(0) : forces[v] == model.forces[v],
+            "the force of vertex", index_of(v));
+  }
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    require(solver.gravity(index_of(b)) == model.gravities[b], "gravity of body", index_of(b));
+  }
+}
+
+}  // namespace
+
 std::string difference(const LiveModel& model, const Solver& solver) {
   try {
     const Fresh fresh(model);
@@ -470,6 +485,7 @@ std::string difference(const LiveModel& model, const Solver& solver) {
     compare_owners(model, solver, fresh);
     compare_colors(inspect(solver));
     compare_plan(inspect(solver));
+    compare_loads(model, solver);
     return {};
   } catch (const Mismatch& mismatch) {
     return mismatch.what();

@@ -170,6 +170,9 @@ inline std::uint64_t digest_of(const SolverData& data) {
         digest.mix(p.w);
       }
     }
+    for (const Load& force : copy.forces) {
+      digest.mix_all(std::array{force.x, force.y, force.z});
+    }
     digest.mix(copy.attachment_colors);
     for (const ToolState& tool : copy.tools) {
       for (const Attachment& attachment : tool.attachments) {
@@ -178,6 +181,9 @@ inline std::uint64_t digest_of(const SolverData& data) {
         digest.mix_all(attachment.anchor);
       }
     }
+  }
+  for (const Load& gravity : data.gravities) {
+    digest.mix_all(std::array{gravity.x, gravity.y, gravity.z});
   }
   return digest.value();
 }

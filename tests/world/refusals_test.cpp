@@ -208,7 +208,6 @@ TEST_CASE("world: the scene comes before the solver", "[unit]") {
   check_refused([&] { world.fix(first, [](const auto&) { return true; }); }, rule);
   check_refused([&] { world.join(first, second); }, rule);
   check_refused([&] { world.add_hinges(first, 1e-6F); }, rule);
-  check_refused([&] { world.set_gravity({0, 0, 0}); }, rule);
   CHECK(world.step(kDt).ok());
 }
 

@@ -2,6 +2,7 @@
 #include "pbdsurg/world/world_state.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -139,6 +140,38 @@ TEST_CASE("world state: a world goes on as the one that was saved, to the bit", 
       third.step(kDt);
     }
     check_same(slabs, third);
+  }
+}
+
+// Would catch a state without forces or gravity, one that has those of the beginning, and a copy
+// that gets another's.
+TEST_CASE("world state: forces and gravity go along, of each replica its own", "[property]") {
+  for (const SolverMethod method : {SolverMethod::vertex_block, SolverMethod::projection}) {
+    SlabWorld slabs(SolverOptions{.method = method, .damping = 20, .copies = 2});
+    World& world = slabs.world;
+    const std::array<Index, 2> vertices{90, 200};
+    const std::array<Eigen::Vector3f, 2> forces{{{0, 1e-4F, 0}, {1e-4F, 0, 2e-4F}}};
+    world.replica(ReplicaId(1)).set_forces(vertices, forces);
+    world.record();
+    world.set_forces(slabs.upper,
+                     [](Index, const Eigen::Vector3f& x) -> Eigen::Vector3f { return 1e-3F * x; });
+    world.set_gravity(slabs.upper, {0, 0, -3});
+    world.edit({.remove_tets = {world.tissue().tets_of(0).back()}});
+    world.step(kDt);
+    World other(world.save());
+    CHECK(other.solver().gravity(0) == Eigen::Vector3f(0, 0, 0));
+    CHECK(other.solver().gravity(1) == Eigen::Vector3f(0, 0, -3));
+    CHECK(other.solver().forces(0) == world.solver().forces(0));
+    CHECK(other.solver().forces(1)[200] == forces[1]);
+    for (int step = 0; step < 10; ++step) {
+      for (World* each : {&world, &other}) {
+        each->step(kDt);
+      }
+      for (const Index copy : {0, 1}) {
+        REQUIRE(world.solver().state_hash(copy) == other.solver().state_hash(copy));
+      }
+    }
+    CHECK(world.solver().state_hash(0) != world.solver().state_hash(1));
   }
 }
 

@@ -2,6 +2,8 @@
 #include "pbdsurg/world/world.h"
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "pbdsurg/surgery/cut.h"
 
@@ -247,6 +249,61 @@ TEST_CASE("world: with defaults, each tissue hangs, is grasped and let go in goo
       REQUIRE(frame.report.inverted_tets == 0);
     }
   }
+}
+
+// Would catch a field on another body, one that new vertices of a cut or lost ones upset, and a
+// gravity that waits for a scene.
+TEST_CASE("world: forces and gravity move the body that they are for, at any time", "[unit]") {
+  World world({.damping = 20});
+  const BodyId low = world.add_body("lower", testing::slab(0), tissues::fat());
+  const BodyId high = world.add_body("upper", testing::slab(7e-3), tissues::fat());
+  world.fix(low, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * testing::kEdge; });
+  world.set_gravity({0, 0, 0});
+  world.step(kDt);
+  const auto mean_of = [&](BodyId body) {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    const std::vector<Eigen::Vector3f> x = world.solver().positions();
+    const Body& own = world.tissue().body(world.body_in_tissue(body));
+    for (Index v = own.first_vertex; v < own.first_vertex + own.vertex_count; ++v) {
+      sum += x[v] / static_cast<float>(own.vertex_count);
+    }
+    return sum;
+  };
+  const Eigen::Vector3f lower = mean_of(low), upper = mean_of(high);
+  world.edit(plan_cut(world.solver(), testing::cut_at(5e-3F, -0.01F, 0.02F)).edit);
+  world.step(kDt);
+  world.set_forces(high, [&](Index v, const Eigen::Vector3f&) -> Eigen::Vector3f {
+    return static_cast<float>(world.tissue().masses()[v]) * Eigen::Vector3f(0, 0, 4);
+  });
+  world.set_gravity(high, {3, 0, 0});
+  const std::vector<Eigen::Vector3f> forces = world.solver().forces();
+  for (Index v = 0; v < world.tissue().vertex_count(); ++v) {
+    const bool is_pushed = world.tissue().body_of_vertex(v) == world.body_in_tissue(high) &&
+                           world.tissue().has_tissue(v);
+    REQUIRE((forces[v].z() > 0) == is_pushed);
+  }
+  for (int step = 0; step < 10; ++step) {
+    REQUIRE(world.step(kDt).ok());
+  }
+  const Eigen::Vector3f way = mean_of(high) - upper;
+  CHECK(way.z() == testing::Approx(way.x() * 4 / 3).epsilon(0.02));
+  // a t^2 / 2 with a drag of 20/s: (t - (1 - exp(-20 t)) / 20) / 20
+  CHECK(way.x() == testing::Approx(3 * (0.1 - (1 - std::exp(-2.0)) / 20) / 20).epsilon(0.15));
+  CHECK((mean_of(low) - lower).norm() < 0.02F * way.norm());
+
+  world.clear_forces();
+  CHECK(world.solver().forces().empty());
+  world.set_gravity({0, 0, -1});
+  CHECK(world.solver().gravity(1) == Eigen::Vector3f(0, 0, -1));
+  check_refused([&] { world.set_gravity(BodyId(7), {0, 0, 0}); }, "body 7");
+  check_refused(
+      [&] {
+        world.set_forces(high, [](Index, const Eigen::Vector3f&) {
+          return Eigen::Vector3f(std::nanf(""), 0, 0);
+        });
+      },
+      "must be finite");
+  CHECK(world.solver().forces().empty());
 }
 
 }  // namespace pbdsurg

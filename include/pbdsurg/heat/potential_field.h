@@ -131,6 +131,10 @@ class PBDSURG_API PotentialField {
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
 
+  /// Is as if it were new from here on, without patch, ground and solution: what is given to two
+  /// such fields has the same bits. Cost: O(V).
+  void forget() noexcept;
+
   /// Of the last call of solve().
   [[nodiscard]] const PotentialReport& report() const noexcept;
 

@@ -5,6 +5,7 @@
 /// Steps a scene in time: the paper's algorithm 1, with contacts and grasped vertices.
 
 #include <Eigen/Core>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -45,6 +46,8 @@ struct Snapshot {
   float past_substep = 0;                            ///< s, its length; 0 where there was none
   std::vector<Eigen::Vector3f> ways{};               ///< [vertex_count] m, gone in it
   std::vector<Eigen::Vector3f> velocities_before{};  ///< [vertex_count] m/s, where it began
+  /// [vertex_count] N, of Solver::set_forces(). Left out, there are none.
+  std::vector<Eigen::Vector3f> forces{};
 };
 
 class SolverData;
@@ -87,7 +90,7 @@ class PBDSURG_API Solver {
   Solver(Solver&&) noexcept;
   Solver& operator=(Solver&&) noexcept;  ///< likewise
 
-  /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
+  /// Advances by dt: gravity and forces, damping, prediction, sweeps, velocities, for each substep.
   /// Heat, edits, rendering and readback are outside it. All copies advance.
   /// @param dt  s, positive and finite, and not so small that 1e12 / substep^2 overflows
   /// @throws InvalidArgument  for any other dt, or if a step was begun; never for physics
@@ -195,6 +198,51 @@ class PBDSURG_API Solver {
 
   /// @}
 
+  /// @name Forces and gravity
+  /// What acts from outside, in every substep from the next step on, until it is replaced. Neither
+  /// waits for a step that a device takes. What tools feel is the tissue's answer. Where nothing is
+  /// set, steps cost nothing for it.
+  /// @{
+
+  /// Gives vertices forces, in place of those that they had; others keep theirs. At a vertex that
+  /// cannot move, or has no tissue, a force does nothing; one that an edit's undo brings back has
+  /// its force again. New vertices have none, also where an edit splits an edge between two that
+  /// have. Cost: O(n log n), and the first time O(vertex_count).
+  /// @param vertices  [n] scene vertices, each once
+  /// @param forces    [n] N, finite
+  /// @throws InvalidArgument  naming the vertex out of range, named twice, or whose force is not
+  ///                          finite, and that force, or if the sizes differ; then nothing is set
+  void set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces,
+                  Index copy = 0);
+
+  /// A field of force, as it is now: every vertex with tissue gets a force. Positions of a device
+  /// are read back.
+  /// @param field  Eigen::Vector3f(Index vertex, const Eigen::Vector3f& position), N of m
+  /// @throws InvalidArgument  as above, and what the field throws; then nothing is set
+  template <std::invocable<Index, const Eigen::Vector3f&> Field>
+  void set_forces(Field field, Index copy = 0);
+
+  /// Takes all forces away.
+  void clear_forces(Index copy = 0);
+
+  /// [vertex_count] N, or empty while none was set
+  [[nodiscard]] std::vector<Eigen::Vector3f> forces(Index copy = 0) const;
+
+  /// Gravity of all bodies and copies, those that are to come among them; at first the scene's.
+  /// @param gravity  m/s^2, finite
+  /// @throws InvalidArgument  with the value, if it is not finite
+  void set_gravity(const Eigen::Vector3f& gravity);
+
+  /// Gravity of one body, in all copies. Cost: O(vertex_count).
+  /// @throws InvalidArgument  as above, and naming the body that there is not
+  void set_gravity(Index body, const Eigen::Vector3f& gravity);
+
+  /// m/s^2, that a body has now.
+  /// @throws InvalidArgument  naming the body that there is not
+  [[nodiscard]] Eigen::Vector3f gravity(Index body) const;
+
+  /// @}
+
   /// @name Tools
   /// @{
 
@@ -283,5 +331,19 @@ class PBDSURG_API Solver {
   Tissue* tissue_;
   Owned<SolverData> data_;
 };
+
+template <std::invocable<Index, const Eigen::Vector3f&> Field>
+void Solver::set_forces(Field field, Index copy) {
+  const std::vector<Eigen::Vector3f> now = positions(copy);
+  std::vector<Index> vertices;
+  std::vector<Eigen::Vector3f> forces;
+  for (Index v = 0; v < vertex_count(); ++v) {
+    if (tissue().has_tissue(v)) {
+      vertices.push_back(v);
+      forces.push_back(field(v, now[static_cast<std::size_t>(v)]));
+    }
+  }
+  set_forces(vertices, forces, copy);
+}
 
 }  // namespace pbdsurg

@@ -182,8 +182,9 @@ class PBDSURG_API Cautery {
 
   /// Goes back to a snapshot of this, or of another of the same bodies and options, while the
   /// topology is what it was. With the generator off, updates from then on give the bits that they
-  /// gave from there; with it on, the potential is found from another start and agrees to
-  /// PotentialOptions::tolerance, and conductivities agree to 1.5 %. Cost: O(tetrahedra + links).
+  /// gave from there; with it on, potential and conductivities are found anew, so the former agrees
+  /// to PotentialOptions::tolerance and the latter to 1.5 %. What is restored twice goes on with
+  /// the same bits both times. Cost: O(tetrahedra + links).
   /// @throws InvalidArgument  as HeatField::restore(), and naming the number of links that differs,
   ///                          the tetrahedron out of range or out of order, or the energy or
   ///                          temperature out of range; then nothing has changed
@@ -193,7 +194,8 @@ class PBDSURG_API Cautery {
   [[nodiscard]] const HeatField& field() const;
 
   /// Around the electrode, at the start of the last substep in which the generator was on and the
-  /// potential was solved: not by CauteryReport::is_disk. Without vertices if nothing was touched.
+  /// potential was solved: not by CauteryReport::is_disk. Without vertices if nothing was touched,
+  /// or since restore(), which makes it another.
   [[nodiscard]] const PotentialField& potential() const;
 
   /// State of a tetrahedron; normal where the hook may not burn.

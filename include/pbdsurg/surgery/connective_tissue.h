@@ -75,6 +75,18 @@ struct StrandEvent {
 /// Of a solver with copies, the first is looked at.
 class PBDSURG_API ConnectiveTissue final : public Follower {
  public:
+  /// Without strands.
+  ConnectiveTissue() = default;
+
+  /// As another is or was, by what it had: a strand is whole unless there is an event of it.
+  /// @param strands  [strand_count] of links of the tissue, ascending
+  /// @param events   in their order
+  /// @param tissue   that this is to follow from here on
+  /// @throws InvalidArgument  naming the strand whose links are out of range or out of order, or
+  ///                          the event whose strand there is not, or parted before
+  ConnectiveTissue(std::vector<Strand> strands, std::vector<StrandEvent> events,
+                   const Tissue& tissue);
+
   /// Joins two bodies of a scene along links of membrane_links() or scattered_links(); strands of
   /// several segments bring a body of particles, "strands from A to B".
   /// @param links  in vertices of the two bodies

@@ -19,6 +19,8 @@
 
 namespace pbdsurg {
 
+struct TissueData;
+
 /// A body's place in the numbering that all bodies of a scene share.
 struct Body {
   std::string name;        ///< unlike that of any other body
@@ -145,6 +147,8 @@ class PBDSURG_API Scene {
   [[nodiscard]] std::span<const Hinge> hinges() const noexcept { return hinges_; }
 
  private:
+  friend Scene scene_of(const TissueData& data);  // which fills it
+
   Body& append_body(std::string name, std::span<const Eigen::Vector3d> positions,
                     std::span<const double> masses, std::size_t tet_count,
                     const Material& material);

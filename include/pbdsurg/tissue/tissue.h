@@ -195,7 +195,7 @@ class PBDSURG_API Tissue {
   /// Whether a hinge has both its triangles and their common edge.
   [[nodiscard]] bool is_hinge_alive(Index hinge) const;
 
-  /// m/s^2, of the scene
+  /// m/s^2, of the scene; a solver may have another by now
   [[nodiscard]] const Eigen::Vector3f& gravity() const noexcept;
 
   /// @}

@@ -84,6 +84,10 @@ class PBDSURG_API Replica {
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
   /// As Solver::release().
   void release(ToolId tool);
+  /// As Solver::set_forces().
+  void set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces);
+  /// As Solver::clear_forces().
+  void clear_forces();
   /// N, of the tissue on the tool, in the last step.
   [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
   /// [vertex_count] m
@@ -169,7 +173,7 @@ class PBDSURG_API World {
   World& operator=(World&&) noexcept;  ///< likewise
 
   /// @name The scene
-  /// What is fixed, joined and stiffened, and gravity, come before the solver is made. These
+  /// What is fixed, joined and stiffened comes before the solver is made. These
   /// functions throw InvalidArgument if it is, or if there is no such body, and as Scene and
   /// ConnectiveTissue.
   /// @{
@@ -201,11 +205,35 @@ class PBDSURG_API World {
   /// @return          how many hinges that takes
   Index add_hinges(BodyId body, float rigidity);
 
-  /// m/s^2. Default: earth's, downwards along y.
+  /// Gravity of all bodies, in the steps to come as well. Default: earth's, downwards along y.
+  /// @param gravity  m/s^2, finite
   void set_gravity(const Eigen::Vector3f& gravity);
+  /// Of one body, likewise, until that of all is set. Makes the solver.
+  void set_gravity(BodyId body, const Eigen::Vector3f& gravity);
 
   /// Takes a body out, with all its tissue, in the next step.
   void remove_body(BodyId body);
+
+  /// @}
+
+  /// @name Forces
+  /// What acts from outside, in every substep until it is replaced; see Solver::set_forces(). These
+  /// functions make the solver, and throw InvalidArgument as that, and naming the body that there
+  /// is not; then nothing is set.
+  /// @{
+
+  /// As Solver::set_forces().
+  /// @param vertices  [n] ids in the tissue
+  /// @param forces    [n] N
+  void set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces);
+  /// A field of force on a body, as it is now: each of its vertices that has tissue gets a force.
+  /// @param field  Eigen::Vector3f(Index vertex, const Eigen::Vector3f& position), N of m; vertex
+  /// in
+  ///               the tissue, whose masses() it may multiply by
+  template <std::invocable<Index, const Eigen::Vector3f&> Field>
+  void set_forces(BodyId body, Field field);
+  /// Takes all forces away.
+  void clear_forces();
 
   /// @}
 
@@ -286,16 +314,20 @@ class PBDSURG_API World {
   /// @{
 
   /// From here on the world can be saved: keeps tissue and constraints as they are now, and each
-  /// edit to come, so memory grows with edits until the next call, or a compaction. Call it again
-  /// after that, or where states should no longer go through so many edits; earlier ones stay of
-  /// use. Cost: O(all that there ever was), of memory bandwidth; WorldState::shared_bytes() says
-  /// what it holds.
+  /// edit to come, so memory grows with edits. Call it again after a compaction, or where states
+  /// should no longer go through so many edits; earlier ones stay of use. A first call before any
+  /// edit keeps the scene, too, and all edits from then on, until a compaction: for write_world().
+  ///
+  /// Cauteries find potential and conductivities anew, as after Cautery::restore(): a burn goes on
+  /// as before to their tolerances. Cost: O(all that there ever was), of memory bandwidth;
+  /// WorldState::shared_bytes() says what it holds.
   void record();
 
-  /// All that there is, between two steps: topology and rest shapes, positions, velocities, tools
-  /// and what they hold in all replicas; heat, its marks, and the energy that went where; strands
-  /// and their events; settings of generators. Not: what the next step was asked for by edit(),
-  /// sweep(), add_body() and remove_body(), and what follows the tissue on a program's side.
+  /// All that there is, between two steps: topology and rest shapes, gravity; positions,
+  /// velocities, forces, tools and what they hold in all replicas; heat, its marks, and the energy
+  /// that went where; strands and their events; settings of generators. Not: what the next step was
+  /// asked for by edit(), sweep(), add_body() and remove_body(), and what follows the tissue on a
+  /// program's side.
   ///
   /// A world that is made of it gives, on a host, the bits that this one gives from here on, as
   /// long as no current flows; with current, potentials agree to PotentialOptions::tolerance and
@@ -341,9 +373,11 @@ class PBDSURG_API World {
 
  private:
   friend class WorldState;
+  friend class WorldFile;  // which reads and writes its parts
   struct Data;
   struct Origin;
   [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions_of(BodyId body) const;
+  [[nodiscard]] std::vector<Index> vertices_with_tissue(BodyId body);
   Owned<Data> data_;
 };
 
@@ -358,6 +392,17 @@ Index World::fix(BodyId body, Condition condition) {
   }
   fix(body, std::span<const Index>(vertices));
   return static_cast<Index>(vertices.size());
+}
+
+template <std::invocable<Index, const Eigen::Vector3f&> Field>
+void World::set_forces(BodyId body, Field field) {
+  const std::vector<Index> vertices = vertices_with_tissue(body);
+  std::vector<Eigen::Vector3f> values(vertices.size());
+  solver().read_positions(vertices, values);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    values[i] = field(vertices[i], values[i]);
+  }
+  set_forces(vertices, values);
 }
 
 }  // namespace pbdsurg

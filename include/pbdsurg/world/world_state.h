@@ -22,9 +22,9 @@ class PBDSURG_API WorldState {
   /// Edits since World::record(), which a world that is made of it goes through. Cost: O(1).
   [[nodiscard]] std::size_t edit_count() const noexcept;
 
-  /// Bytes of this moment alone. For a vertex, some 40 of each replica and 48 of each cautery; for
-  /// a link, 8 of each cautery; and 16 for an edit since World::record(). Cost: O(replicas +
-  /// cauteries + tools).
+  /// Bytes of this moment alone. For a vertex, some 40 of each replica, 52 of one with forces, and
+  /// 48 of each cautery; for a link, 8 of each cautery; and 16 for an edit since World::record().
+  /// Cost: O(replicas + cauteries + tools).
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   /// Bytes that it shares with the other states since the same call of World::record(): tissue and
@@ -33,6 +33,7 @@ class PBDSURG_API WorldState {
 
  private:
   friend class World;
+  friend class WorldFile;  // which reads and writes its parts
   struct Data;
   std::shared_ptr<const Data> data_;
 };

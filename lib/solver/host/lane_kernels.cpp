@@ -262,8 +262,9 @@ HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
 }
 
 HWY_INLINE FreeMotion<Lanes> broadcast(const FreeMotion<float>& motion) {
-  return {Lanes(motion.h),        Lanes(motion.inverse_h), Lanes(motion.keep),
-          broadcast(motion.kick), broadcast(motion.fall),  broadcast(motion.gravity_per_square)};
+  return {Lanes(motion.h),         Lanes(motion.inverse_h),  Lanes(motion.keep),
+          broadcast(motion.kick),  broadcast(motion.fall),   broadcast(motion.gravity_per_square),
+          Lanes(motion.kick_time), Lanes(motion.fall_square)};
 }
 
 // Arrays of quads, some of which are not there, on their way through registers: kLanes from each,
@@ -309,17 +310,71 @@ HWY_INLINE void for_each_register(const VertexRange& range, const Visit& visit) 
   }
 }
 
-HWY_FLATTEN void predict_positions(const VertexRange& range, const FreeMotion<float>& single) {
+/// As falling_motion() of a register of vertices.
+HWY_INLINE FreeMotion<Lanes> falling_motion(const VertexRange& range,
+                                            const FreeMotion<Lanes>& motion, Index first,
+                                            Index count) {
+  if (range.gravities == nullptr) {
+    return motion;
+  }
+  const ParticleLanes gravity = QuadLanes(range.gravities, first, count).load();
+  return under(gravity.x, gravity.w, motion);
+}
+
+/// As flying_motion(), where there are forces.
+HWY_INLINE FreeMotion<Lanes> flying_motion(const VertexRange& range,
+                                           const FreeMotion<Lanes>& falling, Index first,
+                                           Index count) {
+  return pushed_by(QuadLanes(range.forces, first, count).load().x,
+                   QuadLanes(range.particles, first, count).load().w, falling);
+}
+
+/// Calls visit(first, count, falling) as for_each_register(), with falling_motion().
+template <class Visit>
+HWY_INLINE void for_each_falling(const VertexRange& range, const FreeMotion<float>& single,
+                                 const Visit& visit) {
   const FreeMotion<Lanes> motion = broadcast(single);
+  if (range.gravities == nullptr) {
+    for_each_register(range, [&](Index first, Index count)
+                                 PBDSURG_INLINE_LAMBDA { visit(first, count, motion); });
+    return;
+  }
   for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+    visit(first, count, falling_motion(range, motion, first, count));
+  });
+}
+
+/// Calls visit(first, count, falling, flying) as for_each_falling(), with flying_motion(), too.
+/// Steps without forces have code of their own, and so keep their bits: fast mode contracts
+/// operations as the code around them lets it.
+template <class Visit>
+HWY_INLINE void for_each_motion(const VertexRange& range, const FreeMotion<float>& single,
+                                const Visit& visit) {
+  const auto freely = [&](Index first, Index count, const FreeMotion<Lanes>& falling)
+                          PBDSURG_INLINE_LAMBDA { visit(first, count, falling, falling); };
+  const auto pushed = [&](Index first, Index count,
+                          const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
+    visit(first, count, falling, flying_motion(range, falling, first, count));
+  };
+  if (range.forces == nullptr) {
+    for_each_falling(range, single, freely);
+  } else {
+    for_each_falling(range, single, pushed);
+  }
+}
+
+HWY_FLATTEN void predict_positions(const VertexRange& range, const FreeMotion<float>& single) {
+  const auto predict = [&](Index first, Index count, const FreeMotion<Lanes>&,
+                           const FreeMotion<Lanes>& flying) PBDSURG_INLINE_LAMBDA {
     QuadLanes particles(range.particles, first, count);
     QuadLanes previous(range.previous, first, count);
     ParticleLanes p = particles.load();
     previous.store(p);
     const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
-    p.x = select(p.w > Lanes(0), p.x + motion.h * (motion.keep * velocity + motion.kick), p.x);
+    p.x = select(p.w > Lanes(0), p.x + flying.h * (flying.keep * velocity + flying.kick), p.x);
     particles.store(p);
-  });
+  };
+  for_each_motion(range, single, predict);
 }
 
 HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<float>& motion) {
@@ -332,38 +387,43 @@ HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<fl
 }
 
 HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotion<float>& single) {
-  const FreeMotion<Lanes> motion = broadcast(single);
   const Lanes unit(range.unit), inverse_unit(1 / range.unit);
-  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+  const auto predict = [&](Index first, Index count, const FreeMotion<Lanes>& falling,
+                           const FreeMotion<Lanes>& flying) PBDSURG_INLINE_LAMBDA {
     const ParticleLanes p = QuadLanes(range.particles, first, count).load();
     const Lanes w = p.w;
     const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
     const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
-    Vec3<Lanes> u = flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
+    const auto flight_in = [&](const FreeMotion<Lanes>& motion) PBDSURG_INLINE_LAMBDA {
+      return flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
+    };
+    Vec3<Lanes> u = flight_in(flying);
     if (range.flights != nullptr) {
       QuadLanes(range.flights, first, count).store({u, Lanes(kFreely)});
-      u = start_of(motion, u, w, carry.w);
+      u = start_of(falling, flight_in(falling), w, carry.w);
       QuadLanes(range.fixed_points, first, count)
           .store(fixed_point(p.x, range.starts ? carry.x : u, unit, inverse_unit));
     }
     QuadLanes(range.displacements, first, count).store({u, w});
-  });
+  };
+  for_each_motion(range, single, predict);
 }
 
 HWY_FLATTEN void settle(const VertexRange& range, const FreeMotion<float>& single) {
-  const FreeMotion<Lanes> motion = broadcast(single);
-  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
-    QuadLanes particles(range.particles, first, count);
-    QuadLanes velocities(range.velocities, first, count);
-    QuadLanes carries(range.carries, first, count);
-    const ParticleLanes p = particles.load();
-    const Settled<Lanes> end =
-        pbdsurg::settle(motion, p.x, p.w, velocities.load().x, carries.load().x,
-                        QuadLanes(range.displacements, first, count).load().x);
-    particles.store({end.x, p.w});
-    velocities.store({end.velocity, Lanes(0)});
-    carries.store({end.rounding, end.falling});
-  });
+  for_each_falling(
+      range, single,
+      [&](Index first, Index count, const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
+        QuadLanes particles(range.particles, first, count);
+        QuadLanes velocities(range.velocities, first, count);
+        QuadLanes carries(range.carries, first, count);
+        const ParticleLanes p = particles.load();
+        const Settled<Lanes> end =
+            pbdsurg::settle(falling, p.x, p.w, velocities.load().x, carries.load().x,
+                            QuadLanes(range.displacements, first, count).load().x);
+        particles.store({end.x, p.w});
+        velocities.store({end.velocity, Lanes(0)});
+        carries.store({end.rounding, end.falling});
+      });
 }
 
 HWY_FLATTEN void displace(const VertexRange& range, Particle* moves) {

@@ -66,7 +66,9 @@ struct VertexRange {
   bool starts;               ///< whether these are where vertices start, else where they fly
   float unit;                ///< m, of these
   Velocity* velocities;
-  Carry* carries;  ///< in compliance mode
+  Carry* carries;   ///< in compliance mode
+  Load* forces;     ///< null: none
+  Load* gravities;  ///< null: that of all
   Index first;
   Index last;
 };

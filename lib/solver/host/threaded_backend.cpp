@@ -701,6 +701,8 @@ class ThreadedBackend final : public Backend {
             step.data.vertex_blocks.unit(),
             copy.velocities.data(),
             copy.carries.data(),
+            copy.forces.empty() ? nullptr : copy.forces.data(),
+            step.data.gravities.empty() ? nullptr : step.data.gravities.data(),
             std::min(count, part.first * kBlockLanes),
             std::min(count, part.last * kBlockLanes)};
   }

@@ -39,7 +39,35 @@ struct FreeMotion {
   Vec3<Scalar> kick;                ///< m/s, of gravity
   Vec3<Scalar> fall;                ///< m, what gravity adds to the way
   Vec3<Scalar> gravity_per_square;  ///< s^2/m, gravity over its square; zero without gravity
+  // of any acceleration, as of gravity
+  Scalar kick_time;    ///< s, the kick over it
+  Scalar fall_square;  ///< s^2, the fall over it
 };
+
+/// Of a vertex with a gravity of its own.
+/// @param gravity         m/s^2
+/// @param inverse_square  s^4/m^2, of it; zero without gravity
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> under(const Vec3<Scalar>& gravity,
+                                                    Scalar inverse_square,
+                                                    FreeMotion<Scalar> motion) {
+  motion.kick = motion.kick_time * gravity;
+  motion.fall = motion.fall_square * gravity;
+  motion.gravity_per_square = inverse_square * gravity;
+  return motion;
+}
+
+/// Of a vertex that a force from outside pushes. It is part of the flight, so that sweeps end where
+/// all forces balance, but not of start_of(): a force on few light vertices would throw these far
+/// out of what they belong to. Nor of settle(), whose velocity does not depend on the kick.
+/// @param force  N
+/// @param w      1/kg
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> pushed_by(const Vec3<Scalar>& force, Scalar w,
+                                                        FreeMotion<Scalar> motion) {
+  motion.kick = motion.kick + (motion.kick_time * w) * force;
+  return motion;
+}
 
 /// Velocity and rounding of a vertex before a substep, in m/s and m.
 template <class Scalar>

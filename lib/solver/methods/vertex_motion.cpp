@@ -18,8 +18,47 @@ FreeMotion<float> free_motion(const SolverData& data, float h) noexcept {
           1 / (1 + data.options.damping * h),
           h * gravity,
           (h * h) * gravity,
-          (square > 0 ? 1 / square : 0.0F) * gravity};
+          (square > 0 ? 1 / square : 0.0F) * gravity,
+          h,
+          h * h};
 }
+
+FreeMotion<float> falling_motion(const SolverData& data, const FreeMotion<float>& motion,
+                                 Index place) noexcept {
+  if (data.gravities.empty()) {
+    return motion;
+  }
+  const Load& gravity = data.gravities[place];
+  return under(load(gravity), gravity.inverse_square, motion);
+}
+
+FreeMotion<float> flying_motion(const CopyState& copy, const FreeMotion<float>& falling,
+                                Index place) noexcept {
+  return copy.forces.empty()
+             ? falling
+             : pushed_by(load(copy.forces[place]), copy.particles[place].w, falling);
+}
+
+namespace {
+
+// Calls visit(v, falling, flying) with the motions of each vertex, as the two above say.
+template <class Visit>
+void for_each_motion(const StepContext& step, const FreeMotion<float>& motion, const Visit& visit) {
+  const std::size_t count = step.copy.particles.size();
+  if (step.copy.forces.empty() && step.data.gravities.empty()) {
+    for (std::size_t v = 0; v < count; ++v) {
+      visit(v, motion, motion);
+    }
+    return;
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    const auto place = static_cast<Index>(v);
+    const FreeMotion<float> falling = falling_motion(step.data, motion, place);
+    visit(v, falling, flying_motion(step.copy, falling, place));
+  }
+}
+
+}  // namespace
 
 bool has_past(const SolverOptions& options) noexcept {
   return options.integration == TimeIntegration::bdf2;
@@ -42,6 +81,7 @@ SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, fl
     numbers.motion.h = h;
     numbers.motion.inverse_h = 1 / h;
     numbers.motion.fall = h * numbers.motion.kick;
+    numbers.motion.fall_square = h * numbers.motion.kick_time;
     return numbers;
   }
   const float ratio = past > 0 ? h / past : 0;
@@ -51,6 +91,8 @@ SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, fl
   // drag of second order acts on all that moves a vertex: like more inertia
   numbers.motion.kick = numbers.motion.keep * numbers.motion.kick;
   numbers.motion.fall = numbers.motion.keep * numbers.motion.fall;
+  numbers.motion.kick_time = numbers.motion.keep * numbers.motion.kick_time;
+  numbers.motion.fall_square = numbers.motion.keep * numbers.motion.fall_square;
   numbers.past_share = ratio * ratio / (1 + 2 * ratio);
   return numbers;
 }
@@ -65,13 +107,14 @@ MovingVertices moving_vertices(const StepContext& step) noexcept {
 }
 
 void predict_positions(const StepContext& step, const FreeMotion<float>& motion) {
-  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+  const auto predict = [&](std::size_t v, const auto&, const FreeMotion<float>& flying) {
     Particle& p = step.copy.particles[v];
     step.scratch.previous[v] = p;
     if (p.w > 0) {
-      store(p, load(p) + motion.h * (motion.keep * load(step.copy.velocities[v]) + motion.kick));
+      store(p, load(p) + flying.h * (flying.keep * load(step.copy.velocities[v]) + flying.kick));
     }
-  }
+  };
+  for_each_motion(step, motion, predict);
 }
 
 void update_velocities(const StepContext& step, const FreeMotion<float>& motion) {
@@ -85,20 +128,25 @@ void update_velocities(const StepContext& step, const FreeMotion<float>& motion)
 void predict_displacements(const StepContext& step, const FreeMotion<float>& motion) {
   const bool has_points = moves_vertices(step.data.options);
   const bool starts = is_explicit(step.data.options);
-  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+  const auto predict = [&](std::size_t v, const FreeMotion<float>& falling,
+                           const FreeMotion<float>& flying) {
     const float w = step.copy.particles[v].w;
     const Carry& carry = step.copy.carries[v];
-    const Vec3<float> flight =
-        flight_of(motion, load(carry), flying_velocity(motion, load(step.copy.velocities[v]), w));
+    const auto flight_in = [&](const FreeMotion<float>& own) {
+      return flight_of(own, load(carry), flying_velocity(own, load(step.copy.velocities[v]), w));
+    };
+    const Vec3<float> flight = flight_in(flying);
     Vec3<float> u = flight;
     if (has_points) {
       step.scratch.flights[v] = {flight.x, flight.y, flight.z, kFreely};
-      u = start_of(motion, flight, w, carry.falling);
+      u = start_of(falling, step.copy.forces.empty() ? flight : flight_in(falling), w,
+                   carry.falling);
       step.scratch.fixed_points[v] = fixed_point(
           load(step.copy.particles[v]), starts ? load(carry) : u, step.data.vertex_blocks.unit());
     }
     step.scratch.displacements[v] = {u.x, u.y, u.z, w};
-  }
+  };
+  for_each_motion(step, motion, predict);
 }
 
 void settle_vertices(const StepContext& step, const FreeMotion<float>& motion) {
@@ -106,8 +154,9 @@ void settle_vertices(const StepContext& step, const FreeMotion<float>& motion) {
     Particle& p = step.copy.particles[v];
     Carry& carry = step.copy.carries[v];
     Velocity& velocity = step.copy.velocities[v];
-    const Settled<float> end = settle(motion, load(p), p.w, load(velocity), load(carry),
-                                      load(step.scratch.displacements[v]));
+    const Settled<float> end =
+        settle(falling_motion(step.data, motion, static_cast<Index>(v)), load(p), p.w,
+               load(velocity), load(carry), load(step.scratch.displacements[v]));
     store(p, end.x);
     velocity = {end.velocity.x, end.velocity.y, end.velocity.z};
     carry = {end.rounding.x, end.rounding.y, end.rounding.z, end.falling};

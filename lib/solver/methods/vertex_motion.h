@@ -48,6 +48,15 @@ struct MovingVertices {
 /// @param h  s, of a substep
 [[nodiscard]] PBDSURG_API FreeMotion<float> free_motion(const SolverData& data, float h) noexcept;
 
+/// Of a vertex, by its gravity; and by the force at it, too.
+/// @param motion  of all vertices
+[[nodiscard]] FreeMotion<float> falling_motion(const SolverData& data,
+                                               const FreeMotion<float>& motion,
+                                               Index place) noexcept;
+[[nodiscard]] FreeMotion<float> flying_motion(const CopyState& copy,
+                                              const FreeMotion<float>& falling,
+                                              Index place) noexcept;
+
 /// Explicit steps know velocities half-way through substeps, so that of a first one, when nothing
 /// was before, half its length changes them; of others, half of both.
 /// @param h        s, of each substep

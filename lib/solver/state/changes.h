@@ -33,6 +33,12 @@ struct Changes {
   /// Tools were added, or what they hold changed; poses and targets change without this.
   bool tools = true;
   bool watched = true;  ///< the list of watched places is another
+  struct Force {
+    Index copy, place;
+  };
+  /// Where forces are others, of vertices that are not new. A vertex that moved brings its own.
+  std::vector<Force> forces;
+  bool gravities = true;  ///< SolverState::gravities are others
   /// Constraints were added, or such are gone again. They are in the lists below like any others;
   /// ids there that are not among the present ones are gone for good.
   bool grown = false;
@@ -52,8 +58,9 @@ struct Changes {
   std::vector<Index> tets;
 
   [[nodiscard]] bool any() const noexcept {
-    return tools || watched || grown || rows_anew || !blocks.empty() || !shares.empty() ||
-           !moved.empty() || !vertices.empty() || !constraints.empty() || !tets.empty() ||
+    return tools || watched || !forces.empty() || gravities || grown || rows_anew ||
+           !blocks.empty() || !shares.empty() || !moved.empty() || !vertices.empty() ||
+           !constraints.empty() || !tets.empty() ||
            std::find(state.begin(), state.end(), true) != state.end();
   }
 
@@ -70,7 +77,8 @@ struct Changes {
 
   void clear() noexcept {
     std::fill(state.begin(), state.end(), false);
-    tools = watched = grown = rows_anew = false;
+    tools = watched = gravities = grown = rows_anew = false;
+    forces.clear();
     blocks.clear();
     shares.clear();
     moved.clear();

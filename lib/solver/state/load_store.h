@@ -20,6 +20,12 @@ inline Vec3<float> load(const Eigen::Vector3f& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+[[nodiscard]] inline Load gravity_load(const Eigen::Vector3f& gravity) {
+  const Vec3<float> g = load(gravity);
+  const float square = dot(g, g);
+  return {g.x, g.y, g.z, square > 0 ? 1 / square : 0.0F};
+}
+
 inline void store(Particle& p, const Vec3<float>& x) {
   p.x = x.x;
   p.y = x.y;

@@ -55,6 +55,12 @@ struct alignas(16) Carry {
   float falling = 1;          ///< in [0, 1], the share of gravity with which it last sped up
 };
 
+/// What acts on a vertex from outside, as wide as a particle.
+struct alignas(16) Load {
+  float x = 0, y = 0, z = 0;  ///< N of a force, m/s^2 of a gravity
+  float inverse_square = 0;   ///< s^4/m^2, of a gravity that is not zero
+};
+
 /// What BDF2 remembers of the substep before, as wide as a particle each; see displacement.h.
 struct alignas(16) Way {
   float x = 0, y = 0, z = 0;  ///< m, that a vertex went in it

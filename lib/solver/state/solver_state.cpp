@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <utility>
+
+#include "pbdsurg/tissue/tissue.h"
 
 #include "lib/solver/methods/vertex_blocks.h"
+#include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
 
@@ -105,6 +109,21 @@ void SolverState::read_positions(Index index, std::span<const Index> vertices,
   }
 }
 
+void SolverState::set_body_gravities(const Tissue& tissue, std::vector<Eigen::Vector3f> own) {
+  std::vector<Load> loads;
+  if (!own.empty()) {
+    loads.reserve(particles.capacity());
+    loads.resize(particles.size());
+    for (Index v = 0; v < tissue.vertex_count(); ++v) {
+      loads[place_of_vertex[v]] = gravity_load(own[tissue.body_of_vertex(v)]);
+    }
+    own.reserve(own.size() + 1);
+  }
+  body_gravities = std::move(own);
+  gravities = std::move(loads);
+  changes.gravities = true;
+}
+
 void SolverState::set_inverse_mass(Index vertex, float w) {
   const Index place = place_of_vertex[vertex];
   for (Index i = 0; i < copy_count(); ++i) {
@@ -138,6 +157,12 @@ void SolverState::log_vertex(Index vertex) {
 void SolverState::log_moved(Index vertex) {
   if (backend->keeps_state()) {
     changes.add_moved(vertex);
+  }
+}
+
+void SolverState::log_force(Index index, Index place) {
+  if (backend->keeps_state()) {
+    changes.forces.push_back({index, place});
   }
 }
 
@@ -193,11 +218,12 @@ std::size_t SolverState::memory_bytes() const noexcept {
   };
   std::size_t bytes =
       bytes_of(place_of_vertex, watched_places, read_places, releases, changes.moved,
-               changes.vertices, changes.constraints, changes.tets, changes.blocks, changes.shares);
+               changes.vertices, changes.constraints, changes.tets, changes.blocks, changes.shares,
+               changes.forces, body_gravities, gravities);
   for (Index i = 0; i < copy_count(); ++i) {
     const CopyState& each = copy(i);
     bytes += bytes_of(each.particles, each.velocities, each.carries, each.ways,
-                      each.velocities_before, each.watched_positions);
+                      each.velocities_before, each.forces, each.watched_positions);
     for (const ToolState& tool : each.tools) {
       bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
     }

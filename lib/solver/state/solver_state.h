@@ -33,6 +33,7 @@ struct CopyState {
   std::vector<Way> ways;                    // [place] of BDF2, else empty: of the last substep, and
   std::vector<Velocity> velocities_before;  // [place] where that began
   float past_substep = 0;                   // s, where lengths count: its own; zero where none does
+  std::vector<Load> forces;                 // [place] N, empty while none was set
   std::vector<ToolState> tools;
   Index attachment_colors = 0;
   bool is_state_current = true;                    // else the arrays above are the backend's
@@ -84,16 +85,19 @@ struct CopyState {
   void color_attachments();
 };
 
+class Tissue;
 class VertexBlocks;
 
 /// All that copies share of motion, and the state of copy 0.
 struct SolverState : CopyState {
   SolverOptions options;
   SubstepRule substep_rule;
-  StepPart part;  // of the step that runs
-  Eigen::Vector3f gravity;
-  std::vector<Index> place_of_vertex;  // [vertex_count]
-  std::vector<CopyState> others;       // [copies - 1] copy 1 and on
+  StepPart part;                                // of the step that runs
+  Eigen::Vector3f gravity;                      // m/s^2, of bodies without their own
+  std::vector<Eigen::Vector3f> body_gravities;  // [body] m/s^2, empty while none has its own
+  std::vector<Load> gravities;                  // [place] likewise
+  std::vector<Index> place_of_vertex;           // [vertex_count]
+  std::vector<CopyState> others;                // [copies - 1] copy 1 and on
   std::unique_ptr<Backend> backend;
 
   // between steps
@@ -156,6 +160,16 @@ struct SolverState : CopyState {
   /// @param out       [n] m
   void read_positions(Index copy, std::span<const Index> vertices, std::span<Eigen::Vector3f> out);
 
+  /// m/s^2
+  /// @param body  of the tissue
+  [[nodiscard]] const Eigen::Vector3f& gravity_of(Index body) const {
+    return body_gravities.empty() ? gravity : body_gravities[body];
+  }
+
+  /// From here on bodies have gravities of their own, or all have one again, if there are none.
+  /// @param own  [body_count] m/s^2
+  void set_body_gravities(const Tissue& tissue, std::vector<Eigen::Vector3f> own);
+
   /// In all copies; a vertex that cannot move stops.
   /// @param w  1/kg
   void set_inverse_mass(Index vertex, float w);
@@ -165,6 +179,7 @@ struct SolverState : CopyState {
   void log_tet(Index tet);
   void log_vertex(Index vertex);
   void log_moved(Index vertex);
+  void log_force(Index copy, Index place);
 
   /// Constraints are added, or such are gone.
   void log_growth();

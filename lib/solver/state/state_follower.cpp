@@ -11,6 +11,7 @@
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/nested_domains.h"
 #include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
 
@@ -27,8 +28,14 @@ void StateFollower::reserve(std::size_t vertices) {
     if (!copy.ways.empty()) {
       reserve_more(copy.ways, copy.velocities_before);
     }
+    if (!copy.forces.empty()) {
+      reserve_more(copy.forces);
+    }
   }
   reserve_more(state_.place_of_vertex);
+  if (!state_.gravities.empty()) {
+    reserve_more(state_.gravities);
+  }
   const std::size_t stopping = std::min(vertices, kEntriesOfEdit);
   stopped_.reserve(stopping);
   motions_.reserve(stopping);
@@ -156,6 +163,12 @@ void StateFollower::add_vertex(const Tissue& tissue, const NewVertex& vertex) {
       const Velocity s = copy.velocities_before[a], t = copy.velocities_before[b];
       copy.velocities_before.push_back({between(s.x, t.x), between(s.y, t.y), between(s.z, t.z)});
     }
+    if (!copy.forces.empty()) {
+      copy.forces.push_back({});
+    }
+  }
+  if (!state_.gravities.empty()) {
+    state_.gravities.push_back(state_.gravities[a]);
   }
   state_.place_of_vertex.push_back(place);  // new vertices have the places of their ids
   state_.log_moved(place);
@@ -172,6 +185,7 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
     copy.particles.resize(count);
     copy.velocities.resize(count);
     copy.carries.resize(has_displacements(state_.options) ? count : 0);
+    copy.forces.resize(copy.forces.empty() ? 0 : count);
     for (std::size_t v = 0; v < places.size(); ++v) {
       const Eigen::Vector3f x = scene.positions()[v].cast<float>();
       copy.particles[first_vertex + places[v]] = {x.x(), x.y(), x.z(), 0};
@@ -191,6 +205,11 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
         }
       }
     }
+  }
+  if (!state_.gravities.empty()) {
+    state_.gravities.resize(count, gravity_load(state_.gravity));
+    state_.body_gravities.resize(state_.body_gravities.size() + scene.bodies().size(),
+                                 state_.gravity);
   }
   for (const Index place : places) {
     state_.log_moved(static_cast<Index>(state_.place_of_vertex.size()));
@@ -272,11 +291,18 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
       copy.carries.resize(copy.carries.empty() ? 0 : static_cast<std::size_t>(end));
       copy.ways.resize(copy.ways.empty() ? 0 : static_cast<std::size_t>(end));
       copy.velocities_before.resize(copy.ways.size());
+      copy.forces.resize(copy.forces.empty() ? 0 : static_cast<std::size_t>(end));
+    }
+    if (!state_.gravities.empty()) {
+      state_.gravities.resize(static_cast<std::size_t>(end));
+      state_.body_gravities.resize(tissue.bodies().size());
     }
     state_.place_of_vertex.resize(static_cast<std::size_t>(end));
     const auto is_gone = [&](Index place) { return place >= end; };
     std::erase_if(state_.changes.vertices, is_gone);
     std::erase_if(state_.changes.moved, is_gone);
+    std::erase_if(state_.changes.forces,
+                  [&](const Changes::Force& force) { return is_gone(force.place); });
   }
   for (const Index v : change.weighed_vertices) {
     if (v < end) {

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// What forces at vertices and gravity at run time do, against closed forms and static solutions of
+// the same mesh in double precision, and what a step with them costs, in pairs by turns.
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "apps/support/executors.h"
+#include "bench/support/neo_hookean.h"
+#include "bench/support/program.h"
+#include "bench/support/static_energy.h"
+#include "bench/support/table_files.h"
+#include "bench/support/timing.h"
+#include "tests/support/meshes.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+constexpr double kEdge = 4e-3;  // m
+constexpr float kStep = 2e-3F;  // s
+
+struct Arguments {
+  std::filesystem::path out = "out/tables";
+  bool quick = false;
+};
+
+struct Method {
+  const char* name;
+  SolverOptions options;
+};
+
+// With those numbers that bring each to rest.
+const std::array kMethods{
+    Method{"default", {}},
+    Method{"vertex blocks, 30 sweeps", {.method = SolverMethod::vertex_block, .iterations = 30}},
+    Method{"vertex blocks, BDF2", {.integration = TimeIntegration::bdf2}},
+    Method{"projections, 10 sweeps", {.method = SolverMethod::projection, .iterations = 10}},
+    Method{"explicit steps", {.method = SolverMethod::explicit_steps}}};
+
+// What a method on a backend comes to, and what it should.
+struct Outcome {
+  double value, expected;
+};
+
+struct Case {
+  const char* name;
+  const char* unit;
+  std::function<Outcome(SolverOptions)> run;
+};
+
+std::vector<Index> vertices_where(const Scene& scene,
+                                  const std::function<bool(const Eigen::Vector3d&)>& is_in) {
+  std::vector<Index> found;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (is_in(scene.positions()[v])) {
+      found.push_back(v);
+    }
+  }
+  return found;
+}
+
+Scene make_block(std::array<Index, 3> cells) {
+  Scene scene;
+  scene.add_body("block", testing::make_box(cells, kEdge, 0.1), neo_hookean(10e3, 0.4));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  return scene;
+}
+
+void step(Solver& solver, int count) {
+  for (int i = 0; i < count; ++i) {
+    solver.step(kStep);
+  }
+}
+
+// mm, of the vertices' mean way along a direction.
+template <class Places>
+double mean_way(const Scene& scene, const Places& places, const std::vector<Index>& vertices,
+                const Eigen::Vector3d& along) {
+  double sum = 0;
+  for (const Index v : vertices) {
+    sum += along.dot(places[v].template cast<double>() - scene.positions()[v]);
+  }
+  return 1e3 * sum / static_cast<double>(vertices.size());
+}
+
+// Of a block whose top is pulled aside by 0.05 N, 20 % of that across.
+Outcome pull_block(SolverOptions options) {
+  const Scene scene = make_block({4, 4, 4});
+  std::vector<Index> pulled =
+      vertices_where(scene, [](const Eigen::Vector3d& x) { return x.y() > 3.5 * kEdge; });
+  for (const Index v : vertices_where(scene, [](const Eigen::Vector3d& x) {
+         return std::abs(x.y() - 3 * kEdge) < 0.5 * kEdge && x.x() > 3.5 * kEdge;
+       })) {
+    pulled.push_back(v);
+  }
+  const Eigen::Vector3d pull =
+      0.05 / static_cast<double>(pulled.size()) * Eigen::Vector3d(1, 0.2, 0).normalized();
+  StaticEnergy energy(scene);
+  for (const Index v : pulled) {
+    energy.pull(v, pull);
+  }
+  const Positions rest =
+      find_equilibrium(energy, Positions(scene.positions().begin(), scene.positions().end()));
+  options.damping = 30;
+  Solver solver(scene, options);
+  solver.set_forces(pulled, std::vector<Eigen::Vector3f>(pulled.size(), pull.cast<float>()));
+  step(solver, 400);
+  const Eigen::Vector3d along = pull.normalized();
+  return {mean_way(scene, solver.positions(), pulled, along), mean_way(scene, rest, pulled, along)};
+}
+
+// Gravity of a block that is turned to its side while it moves.
+Outcome turn_block(SolverOptions options) {
+  const Eigen::Vector3f turned(9.81F, 0, 0);
+  Scene scene = make_block({3, 6, 3});
+  options.damping = 30;
+  Solver solver(scene, options);
+  step(solver, 20);
+  solver.set_gravity(0, turned);
+  step(solver, 600);
+  scene.set_gravity(turned);
+  const StaticEnergy energy(scene);
+  const Positions rest =
+      find_equilibrium(energy, Positions(scene.positions().begin(), scene.positions().end()));
+  const std::vector<Index> top =
+      vertices_where(scene, [](const Eigen::Vector3d& x) { return x.y() > 5.5 * kEdge; });
+  return {mean_way(scene, solver.positions(), top, {1, 0, 0}),
+          mean_way(scene, rest, top, {1, 0, 0})};
+}
+
+// m/s, of a free body after 50 ms of a force of five times its weight.
+Outcome push_free_body(SolverOptions options) {
+  Scene scene;
+  scene.add_body("cube", testing::make_box({3, 3, 3}, kEdge, 0.1), neo_hookean(10e3, 0.4));
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, options);
+  solver.set_forces([&](Index v, const Eigen::Vector3f&) -> Eigen::Vector3f {
+    return static_cast<float>(scene.masses()[v]) * Eigen::Vector3f(0, 50, 0);
+  });
+  step(solver, 25);
+  double momentum = 0, mass = 0;
+  const std::vector<Eigen::Vector3f> velocities = solver.velocities();
+  for (std::size_t v = 0; v < velocities.size(); ++v) {
+    momentum += scene.masses()[v] * velocities[v].y();
+    mass += scene.masses()[v];
+  }
+  return {momentum / mass, 50 * 25 * double{kStep}};
+}
+
+// ms, of a step with a force at each vertex, or a gravity of the body's own, and of one without.
+Outcome time_steps(const SolverOptions& options, bool has_forces, bool quick) {
+  const Scene scene =
+      make_block(quick ? std::array<Index, 3>{6, 6, 6} : std::array<Index, 3>{16, 16, 12});
+  Scene other = scene;
+  other.add_body("far", testing::make_box({1, 1, 1}, kEdge), neo_hookean(10e3, 0.4));
+  Solver plain(other, options), loaded(other, options);
+  if (has_forces) {
+    loaded.set_forces([&](Index v, const Eigen::Vector3f&) -> Eigen::Vector3f {
+      return static_cast<float>(other.masses()[v]) * Eigen::Vector3f(1, 0, 0);
+    });
+  } else {
+    loaded.set_gravity(0, {0, -9.8F, 0});
+  }
+  std::vector<double> with, without;
+  for (int pair = 0; pair < (quick ? 10 : 150); ++pair) {
+    without.push_back(time_of([&] { plain.step(kStep); }));
+    with.push_back(time_of([&] { loaded.step(kStep); }));
+  }
+  constexpr double kShare = 0.1;  // of turns, which others on the machine disturb the least
+  return {quantile(with, kShare), quantile(without, kShare)};
+}
+
+void run(const Arguments& arguments) {
+  const std::vector<Case> cases{
+      {"block pulled aside by 0.05 N at 30 vertices", "mm", pull_block},
+      {"gravity turned by a quarter in motion", "mm", turn_block},
+      {"free body pushed for 50 ms", "m/s", push_free_body},
+      {"time of a step with a force at each vertex", "ms",
+       [&](const SolverOptions& options) { return time_steps(options, true, arguments.quick); }},
+      {"time of a step with a body's own gravity", "ms",
+       [&](const SolverOptions& options) { return time_steps(options, false, arguments.quick); }}};
+  const std::vector<Column> columns{{"method", "method", 0},     {"backend", "backend", 0},
+                                    {"unit", "unit", 0},         {"value", "value", 4},
+                                    {"expected", "expected", 4}, {"error_percent", "error, %", 2}};
+  Json rows = Json::array();
+  std::string text =
+      "# Forces\n\n- value: of the solver; expected: of the static solution of the same mesh by "
+      "Newton's method in double precision, or of the closed form; of time, that of a step "
+      "without, of pairs by turns the quickest tenth\n\n" +
+      markdown_header("case", columns);
+  for (const Case& each : cases) {
+    for (const Method& method : kMethods) {
+      for (const char* const executor : {"serial", "threads:1", "best"}) {
+        if (arguments.quick && std::string(executor) != "threads:1") {
+          continue;
+        }
+        SolverOptions options = method.options;
+        options.executor = programs::executor_named(executor);
+        const Outcome outcome = each.run(options);
+        rows.push_back(
+            {{"case", each.name},
+             {"method", method.name},
+             {"backend", options.executor.name()},
+             {"unit", each.unit},
+             {"value", rounded(outcome.value, 1e5)},
+             {"expected", rounded(outcome.expected, 1e5)},
+             {"error_percent", rounded(100 * (outcome.value / outcome.expected - 1), 1e3)}});
+        text += markdown_line(each.name, rows.back(), columns);
+      }
+    }
+  }
+  std::fputs(text.c_str(), stdout);
+  write_table(arguments.out, "forces", rows, text);
+}
+
+}  // namespace
+}  // namespace pbdsurg::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("What forces and gravity from outside do to tissue, and cost.", "forces");
+  pbdsurg::bench::Arguments arguments;
+  app.add_flag("--quick", arguments.quick, "one thread, a small block for times: to see it work");
+  return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
+                                     [&] { pbdsurg::bench::run(arguments); });
+}
