@@ -22,9 +22,7 @@ namespace pbdsurg {
 namespace {
 
 StepReport renumbered(StepReport report, const Renumbering& ids) {
-  if (report.first_non_finite != kInvalidIndex) {
-    report.first_non_finite = ids.vertices[report.first_non_finite];
-  }
+  report.first_non_finite = new_id(report.first_non_finite, ids.vertices);
   return report;
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/solver_checks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
 
 #include "pbdsurg/base/error.h"
 
+#include "lib/base/check.h"
 #include "lib/base/describe.h"
 
 namespace pbdsurg {
@@ -60,6 +62,28 @@ void check_gravity(const Eigen::Vector3f& gravity) {
   if (!gravity.allFinite()) {
     throw InvalidArgument("gravity is " + describe(Eigen::Vector3d(gravity.cast<double>())) +
                           " m/s^2; it must be finite");
+  }
+}
+
+void check_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces,
+                  std::size_t vertex_count) {
+  if (vertices.size() != forces.size()) {
+    throw InvalidArgument("there are " + std::to_string(forces.size()) + " forces for " +
+                          std::to_string(vertices.size()) + " vertices; one each");
+  }
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    check_id("vertex", vertices[i], vertex_count);
+    if (!forces[i].allFinite()) {
+      throw InvalidArgument("the force at vertex " + std::to_string(vertices[i]) + " is " +
+                            describe(Eigen::Vector3d(forces[i].cast<double>())) +
+                            " N; it must be finite");
+    }
+  }
+  std::vector<Index> sorted(vertices.begin(), vertices.end());
+  std::ranges::sort(sorted);
+  if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end()) {
+    throw InvalidArgument("vertex " + std::to_string(*twice) +
+                          " is named twice; a vertex has one force");
   }
 }
 

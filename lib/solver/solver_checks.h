@@ -35,6 +35,13 @@ void check_grasp_compliance(float compliance);
 /// @throws InvalidArgument  naming a gravity that is not finite
 void check_gravity(const Eigen::Vector3f& gravity);
 
+/// @param forces  N
+/// @throws InvalidArgument  naming the vertex that is out of range or named twice, or the force
+/// that
+///                          is not finite, or if there is not one for each
+void check_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces,
+                  std::size_t vertex_count);
+
 /// @param is_held  [vertex_count] by that tool; takes the vertex
 /// @throws InvalidArgument  naming the vertex out of range, without tissue, or held already
 void check_grasped(const Tissue& tissue, ToolId tool, Index vertex, std::vector<bool>& is_held);

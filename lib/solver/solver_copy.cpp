@@ -58,7 +58,14 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
                 solver.tissue().bodies().size());
     std::ranges::for_each(motion.body_gravities, check_gravity);
   }
+  check_range("steps_since_convergence", motion.steps_since_convergence, 0,
+              std::max(0, data.options.convergence_interval - 1));
   for (const SolverMotion::OfCopy& own : motion.copies) {
+    const StepReport& report = own.report;
+    check_id("vertex that is not finite", std::max(0, report.first_non_finite),
+             data.particles.size());
+    check_id("replica that is not finite", std::max(0, report.first_non_finite_copy),
+             motion.copies.size());
     check_count("tools", own.tools.size(), motion.copies.front().tools.size());
     check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
     for (std::size_t i = 0; i < own.tools.size(); ++i) {

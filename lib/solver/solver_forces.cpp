@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What acts on a solver's vertices from outside: forces and gravity.
 #include <algorithm>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -9,36 +8,10 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/base/check.h"
-#include "lib/base/describe.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
-namespace {
-
-void check_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces,
-                  std::size_t vertex_count) {
-  if (vertices.size() != forces.size()) {
-    throw InvalidArgument("there are " + std::to_string(forces.size()) + " forces for " +
-                          std::to_string(vertices.size()) + " vertices; one each");
-  }
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    check_id("vertex", vertices[i], vertex_count);
-    if (!forces[i].allFinite()) {
-      throw InvalidArgument("the force at vertex " + std::to_string(vertices[i]) + " is " +
-                            describe(Eigen::Vector3d(forces[i].cast<double>())) +
-                            " N; it must be finite");
-    }
-  }
-  std::vector<Index> sorted(vertices.begin(), vertices.end());
-  std::ranges::sort(sorted);
-  if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end()) {
-    throw InvalidArgument("vertex " + std::to_string(*twice) +
-                          " is named twice; a vertex has one force");
-  }
-}
-
-}  // namespace
 
 void Solver::set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces,
                         Index copy) {
@@ -50,7 +23,9 @@ void Solver::set_forces(std::span<const Index> vertices, std::span<const Eigen::
     state.forces.resize(state.particles.size());
   }
   if (data.backend->keeps_state()) {
-    data.changes.forces.reserve(data.changes.forces.size() + vertices.size());
+    std::vector<Changes::Force>& log = data.changes.forces;
+    const std::size_t size = log.size() + vertices.size();
+    log.reserve(size <= log.capacity() ? size : std::max(size, 2 * log.capacity()));
   }
   for (std::size_t i = 0; i < vertices.size(); ++i) {  // nothing fails from here on
     const Index place = data.place_of_vertex[vertices[i]];

@@ -8,6 +8,7 @@
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/membrane.h"
 
+#include "lib/solver/solver_checks.h"
 #include "lib/world/world_state_data.h"
 
 namespace pbdsurg {
@@ -171,6 +172,7 @@ void World::set_gravity(const Eigen::Vector3f& gravity) {
 
 void World::set_gravity(BodyId body, const Eigen::Vector3f& gravity) {
   const Index of_tissue = data_->bodies.in_tissue(body);
+  check_gravity(gravity);
   data_->make_solver();
   data_->solver->set_gravity(of_tissue, gravity);
 }
@@ -189,6 +191,9 @@ std::vector<Index> World::vertices_with_tissue(BodyId body) {
 }
 
 void World::set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces) {
+  if (data_->solver == nullptr) {
+    check_forces(vertices, forces, static_cast<std::size_t>(data_->scene.vertex_count()));
+  }
   data_->make_solver();
   data_->solver->set_forces(vertices, forces);
 }

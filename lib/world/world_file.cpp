@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <set>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -195,6 +197,13 @@ World WorldFile::make(RecordReader& reader, const Executor& executor) {
   reader.expect_end();
 
   check_id("replica", std::int64_t{options.copies} - 1, motion.copies.size());
+  for (const SolverMotion::OfCopy& copy : motion.copies) {  // before they take memory
+    if (copy.snapshot.positions.size() < static_cast<std::size_t>(scene->vertex_count())) {
+      throw InvalidArgument("a replica has " + std::to_string(copy.snapshot.positions.size()) +
+                            " positions; its scene has " + std::to_string(scene->vertex_count()) +
+                            " vertices");
+    }
+  }
   options.executor = executor;
   if (!executor || executor.kind() != ExecutorKind::device) {
     options.device_strategy = DeviceStrategy::automatic;
@@ -210,6 +219,7 @@ World WorldFile::make(RecordReader& reader, const Executor& executor) {
     check_thermal_properties(entry.record.heat);
   }
   std::size_t before = 0;
+  std::set<Index> burnt;
   for (BurnerState& burner : burners) {
     const std::size_t edits_before = burner.setup.since_scene.edits_before;
     if (edits_before < before || edits_before > edits.size()) {
@@ -219,8 +229,16 @@ World WorldFile::make(RecordReader& reader, const Executor& executor) {
     }
     before = edits_before;
     check_id("tool", burner.setup.tool, motion.copies.front().tools.size());
+    const Electrode& electrode = burner.setup.electrode;
+    if (!electrode.tip.allFinite() || !electrode.heel.allFinite()) {
+      throw InvalidArgument("the electrode's ends must be finite");
+    }
     for (const BodyId body : burner.setup.bodies) {
       check_id("body", body, bodies.size());
+      if (!burnt.insert(static_cast<Index>(body)).second) {
+        throw InvalidArgument("body " + std::to_string(static_cast<Index>(body)) +
+                              " is burnt by two cauteries");
+      }
     }
     for (Executor* const each :
          {&burner.setup.options.heat.executor, &burner.setup.options.potential.executor}) {
@@ -259,6 +277,8 @@ World WorldFile::read(const Source& file, const Executor& executor) {
     reader.fail(std::string("the world cannot be made: ") + refusal.what());
   } catch (const std::bad_alloc&) {
     reader.fail("the world takes more memory than there is");
+  } catch (const std::length_error&) {
+    reader.fail("the world takes more memory than there can be");
   }
 }
 

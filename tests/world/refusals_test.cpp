@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calls that a world refuses.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
@@ -209,6 +211,37 @@ TEST_CASE("world: the scene comes before the solver", "[unit]") {
   check_refused([&] { world.join(first, second); }, rule);
   check_refused([&] { world.add_hinges(first, 1e-6F); }, rule);
   CHECK(world.step(kDt).ok());
+}
+
+// Would catch a call that is refused and yet ends the time in which the scene is made.
+TEST_CASE("world: a refused force or gravity leaves the scene open", "[unit]") {
+  World world;
+  const BodyId body = world.add_body("body", testing::slab(0, {1, 1, 1}), tissues::fat());
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  check_refused([&] { world.set_gravity(body, {0, nan, 0}); }, "gravity is");
+  const std::array<Index, 1> vertex{0}, beyond{8};
+  const std::array<Eigen::Vector3f, 1> force{{{1, 0, 0}}}, odd{{{nan, 0, 0}}};
+  check_refused([&] { world.set_forces(vertex, odd); }, "the force at vertex 0");
+  check_refused([&] { world.set_forces(beyond, force); }, "vertex 8");
+  world.fix(body, {0});
+  world.set_forces(vertex, force);
+  CHECK(world.solver().forces()[0] == force[0]);
+}
+
+// Would catch a table by body that stays behind where no vertex has come yet.
+TEST_CASE("world: a body without vertices has its gravity, and those that come have theirs",
+          "[unit]") {
+  World world(SolverOptions{.damping = 20});
+  const BodyId empty = world.add_body("empty", TetMesh({}, {}), tissues::fat());
+  world.set_gravity({0, 0, -9.81F});
+  world.set_gravity(empty, {1, 0, 0});
+  const BodyId body = world.add_body("body", testing::slab(0, {1, 1, 1}), tissues::fat());
+  REQUIRE(world.step(kDt).ok());
+  CHECK(world.solver().gravity(world.body_in_tissue(empty)) == Eigen::Vector3f(1, 0, 0));
+  CHECK(world.solver().gravity(world.body_in_tissue(body)) == Eigen::Vector3f(0, 0, -9.81F));
+  const Eigen::Vector3f speed = world.solver().velocities()[0];
+  CHECK(std::abs(speed.x()) < 1e-3F);
+  CHECK(speed.z() < -0.9F * 9.81F * static_cast<float>(kDt));
 }
 
 }  // namespace pbdsurg

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -388,6 +389,8 @@ TEST_CASE("world file: a forged file is refused or makes a world that steps", "[
       if (options.substeps < 100 && options.iterations < 100 &&
           options.longest_step > kDt / 100) {  // others are as good, and slow
         static_cast<void>(world.step(kDt));
+        world.compact();
+        static_cast<void>(world.step(kDt));
       }
     } catch (const FileError&) {
       ++refused;
@@ -396,6 +399,24 @@ TEST_CASE("world file: a forged file is refused or makes a world that steps", "[
   }
   CHECK(refused > 300);
   CHECK(made > 300);
+}
+
+// Would catch a sum of numbers that overflows, and whatever else than a FileError leaves a file.
+TEST_CASE("world file: refuses more spare room than there can be", "[unit]") {
+  const Index odd = 123457, most = std::numeric_limits<Index>::max();  // a number of no other use
+  World world(SolverOptions{.damping = 20, .spare = {.vertices = 1, .links = odd}});
+  world.add_body("body", testing::slab(0, {1, 1, 1}), tissues::fat());
+  world.record();
+  world.step(kDt);
+  const TemporaryFolder folder;
+  write_world(folder / "a.world", world.save());
+  std::string bytes = read_bytes(folder / "a.world");
+  CHECK_NOTHROW(world_of(bytes));
+  const std::string from(reinterpret_cast<const char*>(&odd), sizeof odd);
+  const std::size_t place = bytes.find(from);
+  REQUIRE(place != std::string::npos);
+  bytes.replace(place, sizeof most, reinterpret_cast<const char*>(&most), sizeof most);
+  CHECK_THROWS_AS(world_of(with_checksum(bytes)), FileError);
 }
 
 // Would catch a file that is not of the scene that it says.

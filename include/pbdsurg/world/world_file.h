@@ -27,8 +27,9 @@ namespace pbdsurg {
 /// Writes a state of a world, at once: see write_file(). A state does not change, so another thread
 /// may write while the world steps.
 ///
-/// Size: for a vertex, some 30 bytes of the scene, 40 of each replica, 52 of one with forces, and
-/// 48 of each cautery; for a tetrahedron, 16 bytes; and the edits.
+/// Size: for a vertex, some 30 bytes of the scene, 40 of each replica, 12 more of one with forces,
+/// 24 more where steps are of second order, and 48 of each cautery; for a tetrahedron, 16 bytes;
+/// and the edits.
 /// @throws InvalidArgument  if the state is of no world; or if World::record() was first called
 ///                          after an edit, or a compaction has come, for a file has the scene as it
 ///                          was before all edits
@@ -43,7 +44,7 @@ PBDSURG_API void write_world(const std::filesystem::path& path, const WorldState
 /// edit before can be taken back.
 ///
 /// Cost: that of making its solver, and of all edits: 56 ms for 1,000 of a cautery, on a core of a
-/// Xeon.
+/// Xeon; of hinges their number times the tetrahedra of their bodies, 0.4 s for 3,528 of 16,464.
 /// @param executor  does the work of all parts; nobody: as SolverOptions::executor
 /// @throws FileError           naming the file, the byte and the rule, if it is of another kind,
 ///                             version or build, is not whole, or was changed

@@ -461,7 +461,8 @@ VertexBlocks::Growth VertexBlocks::expected_growth(const SpareRoom& spare) const
   if (spare.vertices == 0) {
     return {};
   }
-  const auto blocks = static_cast<std::size_t>(3 * spare.vertices / kBlockLanes + color_count());
+  const auto blocks = 3 * static_cast<std::size_t>(spare.vertices) / kBlockLanes +
+                      static_cast<std::size_t>(color_count());
   constexpr std::size_t kPulls = 24, kVolumes = 40, kStrips = 50;  // rows of a block, at a cut
   return {blocks,
           pulls_.empty() ? 0 : kPulls * blocks,
@@ -501,7 +502,7 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   is_free_.reserve(is_free_.size() + vertices);
   is_touched_.reserve(is_touched_.size() + vertices);
   tets_.reserve(static_cast<std::size_t>(spare.tets), static_cast<std::size_t>(spare.tets));
-  given_.reserve(static_cast<std::size_t>(spare.edges + spare.links),
+  given_.reserve(static_cast<std::size_t>(spare.edges) + static_cast<std::size_t>(spare.links),
                  static_cast<std::size_t>(spare.edges));
 }
 

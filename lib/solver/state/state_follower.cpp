@@ -33,7 +33,7 @@ void StateFollower::reserve(std::size_t vertices) {
     }
   }
   reserve_more(state_.place_of_vertex);
-  if (!state_.gravities.empty()) {
+  if (!state_.body_gravities.empty()) {
     reserve_more(state_.gravities);
   }
   const std::size_t stopping = std::min(vertices, kEntriesOfEdit);
@@ -206,7 +206,7 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
       }
     }
   }
-  if (!state_.gravities.empty()) {
+  if (!state_.body_gravities.empty()) {
     state_.gravities.resize(count, gravity_load(state_.gravity));
     state_.body_gravities.resize(state_.body_gravities.size() + scene.bodies().size(),
                                  state_.gravity);
@@ -293,7 +293,7 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
       copy.velocities_before.resize(copy.ways.size());
       copy.forces.resize(copy.forces.empty() ? 0 : static_cast<std::size_t>(end));
     }
-    if (!state_.gravities.empty()) {
+    if (!state_.body_gravities.empty()) {
       state_.gravities.resize(static_cast<std::size_t>(end));
       state_.body_gravities.resize(tissue.bodies().size());
     }
