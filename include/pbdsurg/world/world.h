@@ -321,7 +321,8 @@ class PBDSURG_API World {
   /// Cauteries find potential and conductivities anew, as after Cautery::restore(): a burn goes on
   /// as before to their tolerances. Cost: O(all that there ever was), of memory bandwidth;
   /// WorldState::shared_bytes() says what it holds.
-  /// @throws InvalidArgument  if the heat of a cautery is not finite any more; states are then saved
+  /// @throws InvalidArgument  if the heat of a cautery is not finite any more; states are then
+  /// saved
   ///                          as before, and other burns may go on as after restore()
   void record();
 
