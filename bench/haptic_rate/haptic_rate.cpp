@@ -132,6 +132,7 @@ Json measure(int row, const Arguments& arguments) {
           {"heat_p99_ms", add(measured.heat, 0.99)},
           {"heat_p999_ms", add(measured.heat, 0.999)},
           {"heat_worst_ms", add(measured.heat, 1)},
+          {"burning_percent", rounded(percent(measured.burning, measured.heat.size()), 1e1)},
           {"heat_late_percent", rounded(percent(measured.late_heats, count / 2), 1e2)},
           {"heated_p999_ms", add(measured.heated, 0.999)},
           {"heated_worst_ms", add(measured.heated, 1)},

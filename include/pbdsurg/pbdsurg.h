@@ -56,6 +56,7 @@
 #include "pbdsurg/haptics/file_descriptor.h"
 #include "pbdsurg/haptics/handle.h"
 #include "pbdsurg/haptics/handle_protocol.h"
+#include "pbdsurg/haptics/instrument_mapping.h"
 #include "pbdsurg/haptics/pedal_keyboard.h"
 #include "pbdsurg/haptics/safety_chain.h"
 #include "pbdsurg/haptics/scripted_hand.h"
@@ -110,4 +111,5 @@
 #include "pbdsurg/views/live_surface.h"
 #include "pbdsurg/world/surface.h"
 #include "pbdsurg/world/world.h"
+#include "pbdsurg/world/world_file.h"
 #include "pbdsurg/world/world_state.h"

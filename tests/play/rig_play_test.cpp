@@ -56,7 +56,10 @@ struct PlayedRig {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
-    FAIL("not in time");
+    const rig::HandStatus& left = rig.status(Side::left);
+    FAIL("not in time; the left hand: lost "
+         << left.arm.is_lost << ", connected " << left.is_connected << ", ticks "
+         << left.servo.tick_count << ", commanded " << left.servo.force.commanded.norm() << " N");
   }
 
   rig::RigPlaces places = hand_places();

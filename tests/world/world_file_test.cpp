@@ -365,7 +365,8 @@ TEST_CASE("world file: says what it refuses", "[unit]") {
 }
 
 // Would catch ids, counts and numbers that crash a world, where the checksum is right.
-TEST_CASE("world file: a forged file is refused or makes a world that steps", "[property]") {
+// Not under an address sanitizer, which ends a program that asks for more memory than there is.
+TEST_CASE("world file: a forged file is refused or makes a world that steps", "[property][long]") {
   const std::string bytes = SmallFile().bytes;
   const std::size_t begin = bytes.find("options");
   std::size_t refused = 0, made = 0;
@@ -402,7 +403,8 @@ TEST_CASE("world file: a forged file is refused or makes a world that steps", "[
 }
 
 // Would catch a sum of numbers that overflows, and whatever else than a FileError leaves a file.
-TEST_CASE("world file: refuses more spare room than there can be", "[unit]") {
+// Not under an address sanitizer, as above.
+TEST_CASE("world file: refuses more spare room than there can be", "[unit][long]") {
   const Index odd = 123457, most = std::numeric_limits<Index>::max();  // a number of no other use
   World world(SolverOptions{.damping = 20, .spare = {.vertices = 1, .links = odd}});
   world.add_body("body", testing::slab(0, {1, 1, 1}), tissues::fat());
