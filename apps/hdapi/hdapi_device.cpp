@@ -292,6 +292,8 @@ struct HdapiDevice::Servo {
 
  private:
   void read();
+  [[nodiscard]] Eigen::Vector3f ask(bool is_ready, bool was_warm);
+  void exchange(bool is_stopping);
 };
 
 /// What must be done before the scheduler starts.
@@ -417,6 +419,46 @@ void HdapiDevice::Servo::read() {
   state.buttons = read_buttons();
 }
 
+/// The force that is asked for. It is called also where nothing will pass, and when the device is
+/// gone: the safety chain behind it has to know, and tells of its own force until that is zero.
+Eigen::Vector3f HdapiDevice::Servo::ask(bool is_ready, bool was_warm) {
+  if (!options.force) {
+    return Eigen::Vector3f::Zero();
+  }
+  const Eigen::Vector3f wanted =
+      options.force({state.time, state.pose, status.velocity, state.buttons, is_ready, was_warm});
+  if (!wanted.allFinite()) {
+    note(DeviceFault::simulation_not_a_number);
+  }
+  return is_ready ? wanted : Eigen::Vector3f::Zero();
+}
+
+/// One frame: where the device is, and what its motors shall do.
+void HdapiDevice::Servo::exchange(bool is_stopping) {
+  take_faults();  // which others left: they must not seem to be the frame's
+  Frame frame(open.handle());
+  const bool has_begun = take_faults_of_call();
+  if (has_begun && !status.is_lost) {
+    read();
+    take_faults();
+  }
+  if (!has_begun || status.is_lost) {
+    status.velocity.setZero();
+  }
+  const bool is_ready =
+      !has_fault && !status.is_lost && !is_stopping && status.calibration == HdapiCalibration::done;
+  // what comes from here on is for the next tick's callback
+  has_fault = false;
+  const Eigen::Vector3f wanted = ask(is_ready, std::exchange(is_warm, false));
+  if (has_begun) {
+    const Eigen::Vector3d force = gate.pass(wanted).cast<double>();
+    hdSetDoublev(HD_CURRENT_FORCE, force.data());
+  } else {
+    frame.abandon();  // the motors may still have the last force: the gate stays there
+  }
+  is_abandoned = status.is_lost && gate.force().isZero(0);
+}
+
 /// @param of_clock  what the time of this tick shows
 /// @param dropped   ticks that should have been since the last one
 void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
@@ -425,41 +467,10 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
     note(*of_clock, std::max<std::uint64_t>(dropped, 1));
   }
   state.time = time;
-  if (!is_abandoned) {
-    take_faults();  // which others left: they must not seem to be the frame's
-    Frame frame(open.handle());
-    const bool has_begun = take_faults_of_call();
-    if (has_begun && !status.is_lost) {
-      read();
-      take_faults();
-    }
-    if (!has_begun || status.is_lost) {
-      status.velocity.setZero();
-    }
-    const bool is_ready = !has_fault && !status.is_lost && !is_stopping &&
-                          status.calibration == HdapiCalibration::done;
-    // what comes from here on is for the next tick's callback
-    has_fault = false;
-    const bool was_warm = std::exchange(is_warm, false);
-    Eigen::Vector3f wanted = Eigen::Vector3f::Zero();
-    if (options.force) {
-      // called also where nothing will pass, so that the safety chain behind it knows
-      wanted =
-          options.force({time, state.pose, status.velocity, state.buttons, is_ready, was_warm});
-      if (!wanted.allFinite()) {
-        note(DeviceFault::simulation_not_a_number);
-      }
-    }
-    if (!is_ready) {
-      wanted.setZero();
-    }
-    if (has_begun) {
-      const Eigen::Vector3d force = gate.pass(wanted).cast<double>();
-      hdSetDoublev(HD_CURRENT_FORCE, force.data());
-    } else {
-      frame.abandon();  // the motors may still have the last force: the gate stays there
-    }
-    is_abandoned = status.is_lost && gate.force().isZero(0);
+  if (is_abandoned) {
+    static_cast<void>(ask(false, false));
+  } else {
+    exchange(is_stopping);
   }
   take_faults();
   status.commanded_force = gate.force();

@@ -32,8 +32,8 @@ struct HdapiTick {
 };
 
 /// What a hand shall feel, N in the axes of the device: servo_tick(), with its safety chain. Called
-/// in each tick by the scheduler's thread, until the device is lost and its force is zero: it may
-/// neither wait nor allocate, and if it throws the program ends.
+/// in each tick by the scheduler's thread, for a lost device too: it may neither wait nor allocate,
+/// and if it throws the program ends.
 ///
 /// To let force in slowly, at the start and after a tick that was not ready, is its part. A safety
 /// chain does so, and waits until the hand is out of the tissue. Without one, all that the hand is

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The driver alone: whatever breaks is counted and named, force stays within clamp and slew, the
 // other hand goes on. The callback has no safety chain and does not care what the driver says.
+#include <algorithm>
 #include <set>
 #include <string>
 #include <vector>
@@ -220,6 +221,29 @@ TEST_CASE("hdapi faults: an error is the device's that it names, and costs no fr
           (hand == named ? 1 : 0));
     CHECK(emulator.forces(hand).size() == 10);
   }
+}
+
+// Catches a safety chain that is left where it was when the motors had their zero: one whose ticks
+// come soon after one another, as after a hold-up, is slower than the driver, and tells of its
+// force for ever.
+TEST_CASE("hdapi faults: the callback of a lost device is called on", "[unit]") {
+  Emulator emulator(testing::two_hands());
+  testing::Wall left(emulator), right(emulator);
+  auto devices = testing::feel(left, right);
+  float size = 2;  // N
+  devices[0].force = [&](const HdapiTick& tick) {
+    size = tick.is_ready ? 2 : std::max(size - 0.01f, 0.f);
+    return Eigen::Vector3f(0, size, 0);
+  };
+  HdapiSession session(devices, emulator.clock());
+  emulator.inject({.fault = Fault::unplugged, .begin = 0.1, .device = 0});
+  emulator.step(150);
+  CHECK(session.device(0).status().commanded_force.isZero(0));
+  CHECK(size > 1);
+  const std::size_t frames = emulator.forces(0).size();
+  emulator.step(200);
+  CHECK(size == 0);
+  CHECK(emulator.forces(0).size() == frames);
 }
 
 // Catches a driver that cannot stop once something is lost.
