@@ -18,8 +18,9 @@
 namespace pbdsurg::bench {
 
 struct NeoHookeanModuli {
-  explicit NeoHookeanModuli(const Material& material) {
-    const double modulus = material.youngs_modulus;
+  /// @param stiffness  times that of the material
+  explicit NeoHookeanModuli(const Material& material, double stiffness = 1) {
+    const double modulus = stiffness * material.youngs_modulus;
     const double ratio = material.poissons_ratio;
     mu = modulus / (2 * (1 + ratio));
     lambda = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)) + mu;
@@ -53,7 +54,9 @@ inline std::vector<Element> make_elements(const Scene& scene) {
   std::vector<Element> elements;
   std::vector<NeoHookeanModuli> moduli;  // [tet]
   for (const Body& body : scene.bodies()) {
-    moduli.insert(moduli.end(), body.tet_count, NeoHookeanModuli(body.material));
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      moduli.emplace_back(body.material, scene.stiffnesses()[t]);
+    }
   }
   for (std::size_t t = 0; t < moduli.size(); ++t) {
     const Tet& tet = scene.tets()[t];

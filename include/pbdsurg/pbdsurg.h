@@ -90,6 +90,7 @@
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
+#include "pbdsurg/solver/tet_stress.h"
 #include "pbdsurg/solver/tool.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"

@@ -28,8 +28,17 @@ struct SubstepRule {
 [[nodiscard]] PBDSURG_API SubstepRule substep_rule(const Tissue& tissue,
                                                    const SolverOptions& options);
 
+/// What the stiff links of tissue need beside it with a coarse correction. That moves whole bodies
+/// by the force that ends of links ask for where the tissue around them stays: more sweeps make up
+/// for it. Cost: O(links + tetrahedra of bodies with such links).
+[[nodiscard]] SubstepRule stiff_link_rule(const Tissue& tissue, const SolverOptions& options);
+
 /// The same of bodies that an edit brings, in which no coarse correction takes part.
 [[nodiscard]] SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options);
+
+/// The same of bodies whose tetrahedra an edit makes stiffer than the material.
+[[nodiscard]] SubstepRule substep_rule(const Tissue& tissue, const TopologyEdit& edit,
+                                       const SolverOptions& options);
 
 /// What two scenes need together.
 [[nodiscard]] SubstepRule both(const SubstepRule& a, const SubstepRule& b) noexcept;

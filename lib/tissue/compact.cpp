@@ -104,6 +104,7 @@ std::unique_ptr<TissueData> copy_of_elements(const TissueData& data) {
   copy->tets = data.tets;
   copy->tet_alive = data.tet_alive;
   copy->tet_masses = data.tet_masses;
+  copy->stiffnesses = data.stiffnesses;
   copy->edges = data.edges;
   copy->edge_tets = data.edge_tets;
   copy->links = data.links;
@@ -135,6 +136,7 @@ Scene scene_of(const TissueData& data) {
   scene.masses_ = vector_of(data.masses);
   scene.fixed_.assign(data.fixed.values().begin(), data.fixed.values().end());
   scene.tets_ = vector_of(data.tets);
+  scene.stiffnesses_ = vector_of(data.stiffnesses);
   scene.links_ = vector_of(data.links);
   scene.hinges_ = vector_of(data.hinges);
   scene.gravity_ = data.gravity;
@@ -157,6 +159,7 @@ std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   }));
   made.tet_alive = UndoArray(std::vector<std::uint8_t>(tet_count, 1));
   made.tet_masses = moved_array(ids.tets, tet_count, data.tet_masses);
+  made.stiffnesses = moved_array(ids.tets, tet_count, data.stiffnesses);
   ids.links =
       keep_living(data.links, data.link_alive, made.links, made.link_alive, [&](Link& link) {
         link.first = ids.vertices[link.first];

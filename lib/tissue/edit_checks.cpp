@@ -99,6 +99,38 @@ void check_rest_values(TissueData& data, const TopologyEdit& edit) {
   check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
 }
 
+void check_stiffnesses(TissueData& data, const TopologyEdit& edit) {
+  std::vector<Index>& ids = data.buffer;
+  ids.clear();
+  for (const StiffnessChange& change : edit.stiffnesses) {
+    ids.push_back(change.tet);
+  }
+  check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
+  for (const StiffnessChange& change : edit.stiffnesses) {
+    const std::string what = name_of("tet", change.tet);
+    check_stiffness_factor(what, change.factor);
+    check_has_moduli(what, data.bodies[data.body_of_tet(change.tet)]);
+  }
+}
+
+void check_link_lengths(TissueData& data, const TopologyEdit& edit) {
+  std::vector<Index>& ids = data.buffer;
+  ids.clear();
+  for (const LinkLengthChange& change : edit.link_lengths) {
+    if (!(change.rest_length >= 0) || !std::isfinite(change.rest_length)) {
+      throw InvalidArgument(name_of("link", change.link) + ": the new rest length is " +
+                            std::to_string(change.rest_length) +
+                            "; it must be finite and not negative");
+    }
+    if (std::ranges::count(edit.remove_links, change.link) > 0) {
+      throw InvalidArgument(name_of("link", change.link) +
+                            " has a new rest length and is removed by one edit");
+    }
+    ids.push_back(change.link);
+  }
+  check_ids("link", ids, count_of(data.links), [&](Index l) { return data.link_alive[l] != 0; });
+}
+
 void check_new_vertices(const TissueData& data, const TopologyEdit& edit) {
   const std::size_t count = count_of(data.rest_positions);
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
@@ -350,11 +382,43 @@ void find_stopping(const TissueData& data, const TopologyEdit& edit, std::vector
   std::ranges::sort(vertices);
 }
 
+// Which vertices are fixed and which no longer.
+// @param stopping  ascending
+void check_fixing(const TissueData& data, const TopologyEdit& edit,
+                  std::span<const Index> stopping) {
+  std::pmr::vector<Index> named(data.scratch.get());
+  const auto check = [&](Index v, bool is_to_be_fixed) {
+    const std::size_t count = count_of(data.rest_positions);
+    if (v < 0 || static_cast<std::size_t>(v) >= count) {
+      throw InvalidArgument(name_of("vertex", v) + " does not exist; ids must be in [0, " +
+                            std::to_string(count) + ")");
+    }
+    if (!(data.masses[v] > 0) || std::ranges::binary_search(stopping, v)) {
+      throw InvalidArgument(name_of("vertex", v) + " has no tissue left to be " +
+                            (is_to_be_fixed ? "fixed" : "let go"));
+    }
+    if ((data.fixed[v] != 0) == is_to_be_fixed) {
+      throw InvalidArgument(name_of("vertex", v) +
+                            (is_to_be_fixed ? " is fixed already" : " is not fixed"));
+    }
+    named.push_back(v);
+  };
+  std::ranges::for_each(edit.fix_vertices, [&](Index v) { check(v, true); });
+  std::ranges::for_each(edit.unfix_vertices, [&](Index v) { check(v, false); });
+  std::ranges::sort(named);
+  const auto twice = std::adjacent_find(named.begin(), named.end());
+  if (twice != named.end()) {
+    throw InvalidArgument(name_of("vertex", *twice) + " is listed twice in one edit");
+  }
+}
+
 }  // namespace
 
 void check_edit(TissueData& data, const TopologyEdit& edit) {
   check_removals(data, edit);
   check_rest_values(data, edit);
+  check_stiffnesses(data, edit);
+  check_link_lengths(data, edit);
   check_new_vertices(data, edit);
   if (!edit.corner_moves.empty() || !edit.link_moves.empty()) {
     check_moves(data, edit);
@@ -366,6 +430,7 @@ void check_edit(TissueData& data, const TopologyEdit& edit) {
   check_new_bodies(data, edit);
   find_stopping(data, edit, data.buffer);
   check_new_links(data, edit, data.buffer);
+  check_fixing(data, edit, data.buffer);
 }
 
 }  // namespace pbdsurg

@@ -98,6 +98,21 @@ void check_link(const std::string& what, const Link& link, Index vertex_count) {
   check_stiffness(what + ":", link.stiffness);
 }
 
+void check_stiffness_factor(const std::string& what, float factor) {
+  if (!(factor >= kSmallestStiffness && factor <= kLargestStiffness)) {
+    throw InvalidArgument(what + " is to be " + describe(factor) +
+                          " times as stiff as its body's material; it must be in [" +
+                          describe(kSmallestStiffness) + ", " + describe(kLargestStiffness) + "]");
+  }
+}
+
+void check_has_moduli(const std::string& what, const Body& body) {
+  if (body.tet_count == 0 || body.material.model != ElasticModel::neo_hookean) {
+    throw InvalidArgument(what + " belongs to body '" + body.name +
+                          "', which is not Neo-Hookean; only such tissue has moduli to scale");
+  }
+}
+
 Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> positions,
                          std::span<const double> masses, std::size_t tet_count,
                          const Material& material) {
@@ -132,6 +147,7 @@ BodyId Scene::add_body(std::string name, const TetMesh& mesh, const Material& ma
     }
     tets_.push_back(tet);
   }
+  stiffnesses_.resize(tets_.size(), 1);
   return BodyId(static_cast<Index>(bodies_.size()) - 1);
 }
 
@@ -164,6 +180,20 @@ void Scene::fix_vertices(Index body_index, std::span<const Index> vertices) {
   }
 }
 
+void Scene::set_stiffnesses(Index body_index, std::span<const float> factors) {
+  const Body& where = body(body_index);
+  check_has_moduli("the stiffness", where);
+  if (factors.size() != static_cast<std::size_t>(where.tet_count)) {
+    throw InvalidArgument("body '" + where.name + "' has " + std::to_string(where.tet_count) +
+                          " tetrahedra and got " + std::to_string(factors.size()) +
+                          " stiffnesses; it needs one each");
+  }
+  for (std::size_t t = 0; t < factors.size(); ++t) {
+    check_stiffness_factor("body '" + where.name + "': tet " + std::to_string(t), factors[t]);
+  }
+  std::ranges::copy(factors, stiffnesses_.begin() + where.first_tet);
+}
+
 Index Scene::add_link(const Link& link) {
   const std::string what = "link " + std::to_string(links_.size());
   check_link(what, link, vertex_count());
@@ -188,6 +218,7 @@ void Scene::append(const Scene& other) {
                      body.material);
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       both.tets_.push_back(other.tets_[t]);
+      both.stiffnesses_.push_back(other.stiffnesses_[t]);
     }
   }
   for (auto tet = both.tets_.begin() + first_tet; tet != both.tets_.end(); ++tet) {

@@ -14,4 +14,12 @@ namespace pbdsurg {
 /// @throws InvalidArgument  see Scene::add_link()
 void check_link(const std::string& what, const Link& link, Index vertex_count);
 
+/// @param what  the tetrahedron's name
+/// @throws InvalidArgument  see Scene::set_stiffnesses()
+void check_stiffness_factor(const std::string& what, float factor);
+
+/// @param what  what is to be scaled
+/// @throws InvalidArgument  naming the body that is not Neo-Hookean
+void check_has_moduli(const std::string& what, const Body& body);
+
 }  // namespace pbdsurg

@@ -51,6 +51,8 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
     }
   }
   data.tet_masses = UndoArray(std::move(tet_masses));
+  data.stiffnesses =
+      UndoArray(std::vector<float>(scene.stiffnesses().begin(), scene.stiffnesses().end()));
   data.links = UndoArray(std::vector<Link>(scene.links().begin(), scene.links().end()));
   data.link_alive = UndoArray(std::vector<std::uint8_t>(scene.links().size(), 1));
   data.hinges = UndoArray(std::vector<Hinge>(scene.hinges().begin(), scene.hinges().end()));
@@ -78,12 +80,14 @@ void reserve(TissueChange& change, std::size_t vertices, std::size_t tets, std::
     (lists.reserve(std::min(count, kEntriesOfEdit)), ...);
   };
   TopologyEdit& edit = change.edit;
-  make_room(vertices, edit.new_vertices, change.emptied_vertices, change.weighed_vertices);
+  make_room(vertices, edit.new_vertices, edit.fix_vertices, edit.unfix_vertices,
+            change.emptied_vertices, change.weighed_vertices);
   make_room(tets, edit.remove_tets, edit.corner_moves, edit.new_tets, change.removed_tets,
             change.removed_edge_ends, change.reshaped_tets);
   make_room(edges, change.removed_edges, change.corner_edges, change.moved_edges,
             change.parted_edges);
-  make_room(links, edit.remove_links, edit.link_moves, edit.new_links, change.removed_links);
+  make_room(links, edit.remove_links, edit.link_lengths, edit.link_moves, edit.new_links,
+            change.removed_links);
 }
 
 std::size_t bytes_of(const TissueChange& change) {
@@ -92,7 +96,8 @@ std::size_t bytes_of(const TissueChange& change) {
   };
   const TopologyEdit& edit = change.edit;
   return sum(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
-             edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
+             edit.rest_volumes, edit.stiffnesses, edit.link_lengths, edit.fix_vertices,
+             edit.unfix_vertices, edit.new_vertices, edit.corner_moves, edit.link_moves,
              edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
              change.removed_links, change.removed_hinges, change.moved_hinges,
@@ -118,6 +123,20 @@ void begin_edit(TissueData& data, const TopologyEdit& edit) {
 }
 
 void carry_out(TissueData& data, const TopologyEdit& edit) {
+  for (const Index v : edit.fix_vertices) {
+    data.fixed.set(v, 1);
+  }
+  for (const Index v : edit.unfix_vertices) {
+    data.fixed.set(v, 0);
+  }
+  for (const StiffnessChange& change : edit.stiffnesses) {
+    data.stiffnesses.set(change.tet, change.factor);
+  }
+  for (const LinkLengthChange& change : edit.link_lengths) {
+    Link link = data.links[change.link];
+    link.rest_length = change.rest_length;
+    data.links.set(change.link, link);
+  }
   for (const Index link : edit.remove_links) {
     remove_link(data, link);
   }
@@ -338,6 +357,11 @@ double Tissue::tet_mass(Index tet) const {
   return data_->tet_masses[tet];
 }
 
+float Tissue::stiffness(Index tet) const {
+  check_id("tet", tet, data_->tets.values().size());
+  return data_->stiffnesses[tet];
+}
+
 std::span<const Edge> Tissue::edges() const noexcept {
   return data_->edges.values();
 }
@@ -378,13 +402,14 @@ const Eigen::Vector3f& Tissue::gravity() const noexcept {
 void Tissue::reserve(std::size_t vertices, std::size_t tets, std::size_t edges, std::size_t links) {
   TissueData& data = *data_;
   data.rest_positions.reserve(vertices);
-  data.fixed.reserve(vertices);
+  data.fixed.reserve(vertices, vertices);
   data.masses.reserve(vertices, vertices);
   data.later_vertex_bodies.reserve(vertices);
   data.tets.reserve(tets, tets);
   data.tet_edges.reserve(tets, tets);
   data.tet_alive.reserve(tets, tets);
   data.tet_masses.reserve(tets);
+  data.stiffnesses.reserve(tets, tets);
   data.later_tet_bodies.reserve(tets);
   data.edges.reserve(edges, edges);
   data.edge_tets.reserve(edges, edges);

@@ -129,11 +129,12 @@ Index TissueData::add_edge(const Edge& ends) {
   return edges.size() - 1;
 }
 
-Index TissueData::add_tet(const Tet& vertices, Index body, double mass) {
+Index TissueData::add_tet(const Tet& vertices, Index body, double mass, float stiffness) {
   tets.push_back(vertices);
   tet_edges.push_back({});
   tet_alive.push_back(1);
   tet_masses.push_back(mass);
+  stiffnesses.push_back(stiffness);
   later_tet_bodies.push_back(body);
   return tets.size() - 1;
 }

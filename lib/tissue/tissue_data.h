@@ -40,6 +40,7 @@ struct TissueData {
   UndoArray<TetEdges> tet_edges;      // [tet_count]
   UndoArray<std::uint8_t> tet_alive;  // [tet_count]
   UndoArray<double> tet_masses;       // [tet_count] kg
+  UndoArray<float> stiffnesses;       // [tet_count] times that of the body's material
 
   UndoArray<Edge> edges;                // [edge_count]
   UndoArray<Index> edge_tets;           // [edge_count] live tetrahedra around each
@@ -70,6 +71,7 @@ struct TissueData {
     visit(bodies), visit(tissue_counts), visit(later_vertex_bodies), visit(later_tet_bodies);
     visit(rest_positions), visit(fixed), visit(masses), visit(vertex_tets), visit(vertex_links);
     visit(tets), visit(tet_edges), visit(tet_alive), visit(tet_masses);
+    visit(stiffnesses);
     visit(edges), visit(edge_tets), visit(links), visit(link_alive);
     visit(hinges), visit(hinge_alive), visit(vertex_hinges);
   }
@@ -87,7 +89,7 @@ struct TissueData {
   void set_tet(Index tet, const Tet& vertices, const TetEdges& edges_of_tet);
   void add_vertex(const NewVertex& vertex);
   Index add_edge(const Edge& ends);
-  Index add_tet(const Tet& vertices, Index body, double mass);
+  Index add_tet(const Tet& vertices, Index body, double mass, float stiffness);
   void add_link(const Link& link);
   void add_hinge(const Hinge& hinge);
   void resize_vertex_lists();  // to the vertices that there are

@@ -94,13 +94,16 @@ Crumbs LivePieces::add_crumbs(const Tissue& tissue, TopologyEdit& edit, Index sm
   for (const NewTet& tet : edit.new_tets) {
     kept.push_back(tet.parent);
   }
-  for (const Link& link : edit.new_links) {
-    for (const Index v : {link.first, link.second}) {
-      if (v >= 0 && v < tissue.vertex_count()) {
-        for_each_tet_at(tissue, v, [&](Index t) { kept.push_back(t); });
-      }
+  const auto keep = [&](Index v) {
+    if (v >= 0 && v < tissue.vertex_count()) {
+      for_each_tet_at(tissue, v, [&](Index t) { kept.push_back(t); });
     }
+  };
+  for (const Link& link : edit.new_links) {
+    keep(link.first), keep(link.second);
   }
+  std::ranges::for_each(edit.fix_vertices, keep);
+  std::ranges::for_each(edit.unfix_vertices, keep);
   std::sort(kept.begin(), kept.end());
 
   const std::size_t asked = edit.remove_tets.size();
@@ -181,6 +184,18 @@ void LivePieces::follow(const Tissue& tissue, const TissueChange& change) noexce
     start_searches(tets[tet.parent], piece, group);
     start_searches(tets[id], piece, group);
   }
+  const auto count_anchors = [&](std::span<const Index> vertices, Index growth) {
+    for (const Index v : vertices) {
+      if (const std::span<const Index> at = tissue.tets_at(v); !at.empty()) {
+        const Index id = tets_[at.front()].piece;  // which it may leave below
+        Piece piece = pieces_[id];
+        piece.anchor_count += growth;
+        pieces_.set(id, piece);
+      }
+    }
+  };
+  count_anchors(edit.fix_vertices, 1);
+  count_anchors(edit.unfix_vertices, -1);
   for (const CornerMove& move : edit.corner_moves) {
     const Index piece = tets_[move.tet].piece;
     const Index group = add_group();

@@ -52,6 +52,8 @@ void for_each_vertex(Edit& edit, Visit visit) {
   for (auto& link : edit.new_links) {
     visit(link.first), visit(link.second);
   }
+  std::ranges::for_each(edit.fix_vertices, visit);
+  std::ranges::for_each(edit.unfix_vertices, visit);
 }
 
 // Adds to an id from `first` on; the largest of all stands for what is beyond.
@@ -85,9 +87,10 @@ bool has_body(const Scene& scene, const std::string& name) {
 
 bool is_empty(const TopologyEdit& edit) noexcept {
   return edit.remove_tets.empty() && edit.remove_links.empty() && edit.remove_bodies.empty() &&
-         edit.rest_lengths.empty() && edit.rest_volumes.empty() && edit.new_vertices.empty() &&
-         edit.corner_moves.empty() && edit.link_moves.empty() && edit.new_tets.empty() &&
-         edit.new_links.empty() && edit.new_bodies.bodies().empty();
+         edit.rest_lengths.empty() && edit.rest_volumes.empty() && edit.stiffnesses.empty() &&
+         edit.link_lengths.empty() && edit.fix_vertices.empty() && edit.unfix_vertices.empty() &&
+         edit.new_vertices.empty() && edit.corner_moves.empty() && edit.link_moves.empty() &&
+         edit.new_tets.empty() && edit.new_links.empty() && edit.new_bodies.bodies().empty();
 }
 
 bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
@@ -109,6 +112,10 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
   append_new(edit.remove_bodies, request.remove_bodies);
   append(edit.rest_lengths, request.rest_lengths);
   append(edit.rest_volumes, request.rest_volumes);
+  append(edit.stiffnesses, request.stiffnesses);
+  append(edit.link_lengths, request.link_lengths);
+  append_new(edit.fix_vertices, request.fix_vertices);
+  append_new(edit.unfix_vertices, request.unfix_vertices);
   append(edit.new_vertices, request.new_vertices);
   append(edit.corner_moves, request.corner_moves);
   append(edit.link_moves, request.link_moves);
@@ -140,10 +147,12 @@ void EarlierEdits::adapt(TopologyEdit& edit, const Tissue& tissue) const {
   shift_vertices(edit, before_.vertices, now.vertices - before_.vertices);
   std::ranges::for_each(edit.remove_tets, shift_tet);
   std::ranges::for_each(edit.rest_volumes, shift_tet, &RestVolumeChange::tet);
+  std::ranges::for_each(edit.stiffnesses, shift_tet, &StiffnessChange::tet);
   std::ranges::for_each(edit.corner_moves, shift_tet, &CornerMove::tet);
   std::ranges::for_each(edit.new_tets, shift_tet, &NewTet::parent);
   std::ranges::for_each(edit.remove_links, shift_link);
   std::ranges::for_each(edit.link_moves, shift_link, &LinkMove::link);
+  std::ranges::for_each(edit.link_lengths, shift_link, &LinkLengthChange::link);
   for (Index& body : edit.remove_bodies) {
     shift(body, before_.bodies, now.bodies - before_.bodies);
   }

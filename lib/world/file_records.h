@@ -28,6 +28,7 @@ struct BodyRecord {
   Material material;
   std::vector<Eigen::Vector3d> positions;  ///< [vertex_count] m
   std::vector<Tet> tets;                   ///< of particles none
+  std::vector<float> stiffnesses;          ///< [tet_count], or none where all are 1
   double particle_mass = 0;                ///< kg; 0: not of particles
   std::vector<Index> fixed;                ///< vertices
 };
@@ -168,8 +169,9 @@ void visit_members(Record& hinge, Visit& visit) {
 }
 template <RecordOf<BodyRecord> Record, class Visit>
 void visit_members(Record& body, Visit& visit) {
-  auto& [name, material, positions, tets, particle_mass, fixed] = body;
-  visit(name, material, positions, tets, particle_mass, fixed);
+  auto& [name, material, positions, tets, stiffnesses, particle_mass, fixed] = body;
+  visit(name, material, positions, tets, stiffnesses, particle_mass);
+  visit(fixed);
 }
 template <RecordOf<SceneRecord> Record, class Visit>
 void visit_members(Record& scene, Visit& visit) {
@@ -196,6 +198,16 @@ void visit_members(Record& change, Visit& visit) {
   auto& [tet, rest_volume] = change;
   visit(tet, rest_volume);
 }
+template <RecordOf<StiffnessChange> Record, class Visit>
+void visit_members(Record& change, Visit& visit) {
+  auto& [tet, factor] = change;
+  visit(tet, factor);
+}
+template <RecordOf<LinkLengthChange> Record, class Visit>
+void visit_members(Record& change, Visit& visit) {
+  auto& [link, rest_length] = change;
+  visit(link, rest_length);
+}
 template <RecordOf<NewVertex> Record, class Visit>
 void visit_members(Record& vertex, Visit& visit) {
   auto& [first, second, share] = vertex;
@@ -218,10 +230,13 @@ void visit_members(Record& tet, Visit& visit) {
 }
 template <RecordOf<TopologyEdit> Record, class Visit>
 void visit_members(Record& edit, Visit& visit) {
-  auto& [remove_tets, remove_links, remove_bodies, rest_lengths, rest_volumes, new_vertices,
-         corner_moves, link_moves, new_tets, new_links, new_bodies] = edit;
-  visit(remove_tets, remove_links, remove_bodies, rest_lengths, rest_volumes, new_vertices);
-  visit(corner_moves, link_moves, new_tets, new_links, new_bodies);
+  auto& [remove_tets, remove_links, remove_bodies, rest_lengths, rest_volumes, stiffnesses,
+         link_lengths, fix_vertices, unfix_vertices, new_vertices, corner_moves, link_moves,
+         new_tets, new_links, new_bodies] = edit;
+  visit(remove_tets, remove_links, remove_bodies, rest_lengths, rest_volumes, stiffnesses);
+  visit(link_lengths);
+  visit(fix_vertices, unfix_vertices, new_vertices, corner_moves, link_moves, new_tets, new_links);
+  visit(new_bodies);
 }
 
 // strands

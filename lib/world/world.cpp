@@ -18,6 +18,8 @@ namespace {
   throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; the world has 0");
 }
 
+constexpr char kWhereStiff[] = "where a body is stiff";
+
 }  // namespace
 
 void World::Data::make_solver() {
@@ -130,6 +132,25 @@ std::span<const Eigen::Vector3d> World::rest_positions_of(BodyId body) const {
   const Body& own = data_->scene.body(data_->bodies.in_tissue(body));
   return data_->scene.positions().subspan(static_cast<std::size_t>(own.first_vertex),
                                           static_cast<std::size_t>(own.vertex_count));
+}
+
+std::vector<Eigen::Vector3d> World::rest_centers_of(BodyId body) const {
+  data_->check_is_scene(kWhereStiff);
+  const Scene& scene = data_->scene;
+  const Body& own = scene.body(data_->bodies.in_tissue(body));
+  std::vector<Eigen::Vector3d> centers;
+  for (Index t = own.first_tet; t < own.first_tet + own.tet_count; ++t) {
+    Eigen::Vector3d& center = centers.emplace_back(Eigen::Vector3d::Zero());
+    for (const Index v : scene.tets()[t]) {
+      center += scene.positions()[v] / 4;
+    }
+  }
+  return centers;
+}
+
+void World::set_stiffnesses(BodyId body, std::span<const float> factors) {
+  data_->check_is_scene(kWhereStiff);
+  data_->scene.set_stiffnesses(data_->bodies.in_tissue(body), factors);
 }
 
 void World::fix(BodyId body, std::span<const Index> vertices) {

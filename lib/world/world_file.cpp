@@ -34,6 +34,9 @@ Scene scene_of(const SceneRecord& record) {
             ? scene.add_particles(body.name, body.positions, body.particle_mass)
             : scene.add_body(body.name, TetMesh(body.positions, body.tets), body.material);
     scene.fix_vertices(id, body.fixed);
+    if (!body.stiffnesses.empty()) {
+      scene.set_stiffnesses(id, body.stiffnesses);
+    }
   }
   std::ranges::for_each(record.links, [&](const Link& link) { scene.add_link(link); });
   std::ranges::for_each(record.hinges, [&](const Hinge& hinge) { scene.add_hinge(hinge); });
@@ -56,6 +59,11 @@ SceneRecord record_of(const Scene& scene) {
       std::ranges::for_each(tet, [&](Index& v) { v -= body.first_vertex; });
       own.tets.push_back(tet);
     }
+    const auto stiffnesses =
+        scene.stiffnesses().subspan(static_cast<std::size_t>(body.first_tet), own.tets.size());
+    if (std::ranges::any_of(stiffnesses, [](float factor) { return factor != 1; })) {
+      own.stiffnesses.assign(stiffnesses.begin(), stiffnesses.end());
+    }
     if (body.tet_count == 0 && body.vertex_count > 0) {
       own.particle_mass = scene.masses()[first];
     }
@@ -75,7 +83,7 @@ SceneRecord record_of(const Scene& scene) {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'B', 'D', 'W', 'O', 'R', 'L', 'D'};
-constexpr std::uint32_t kFormatVersion = 1;
+constexpr std::uint32_t kFormatVersion = 2;
 constexpr std::size_t kSizeOffset = kMagic.size() + sizeof(kFormatVersion);
 constexpr std::size_t kHeadBytes = kSizeOffset + sizeof(std::uint64_t);
 constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);

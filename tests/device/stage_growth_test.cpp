@@ -209,6 +209,7 @@ TopologyEdit make_edit(const Solver& solver, Choices& choices) {
   if (choices.below(3) == 0) {
     maker.add_links();
   }
+  maker.fix_some();
   return maker.edit();
 }
 

@@ -345,6 +345,7 @@ TopologyEdit make_edit(const Solver& solver, Choices& choices) {
   if (choices.below(3) == 0) {
     maker.add_links();
   }
+  maker.fix_some();
   return maker.edit();
 }
 

@@ -82,7 +82,7 @@ void check_against_rebuild(const Solver& solver, const Positions& rest) {
     }
     if (is_solid) {
       REQUIRE(data.sets.of<NeoHookeanConstraint>().record(t).places == data.places_of(tet));
-      const auto fresh = make_neo_hookean(rest, tet, data.places_of(tet), material);
+      const auto fresh = make_neo_hookean(rest, tet, data.places_of(tet), material, 1);
       for (int p = 0; p < NeoHookeanConstraint::kParameterCount; ++p) {
         REQUIRE(data.sets.of<NeoHookeanConstraint>().record(t).parameters[p] ==
                 Approx(fresh.parameters[p]).epsilon(1e-2).margin(1.0));

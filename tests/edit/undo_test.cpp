@@ -24,8 +24,8 @@ using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
 
-// Removes tetrahedra around some vertices, so that these lose all, and links, and changes rest
-// values.
+// Removes tetrahedra around some vertices, so that these lose all, and links, changes rest values,
+// fixes vertices and lets others go.
 TopologyEdit random_edit(const Solver& solver, std::uint64_t seed) {
   TopologyEdit edit = testing::eventful_edit(solver, static_cast<Index>(3 * (seed % 30)));
   const auto pick = [&](std::uint64_t what, std::size_t count) {
@@ -44,6 +44,25 @@ TopologyEdit random_edit(const Solver& solver, std::uint64_t seed) {
   const Index link = pick(2, solver.tissue().links().size());
   if (solver.tissue().is_link_alive(link)) {
     edit.remove_links.push_back(link);
+  }
+  const Index drawn = pick(3, solver.tissue().links().size());
+  if (drawn != link && solver.tissue().is_link_alive(drawn)) {
+    edit.link_lengths.push_back({drawn, 2e-3F});
+  }
+  std::ranges::sort(edit.remove_tets);
+  const auto is_removed = [&](Index t) { return std::ranges::binary_search(edit.remove_tets, t); };
+  for (Index t = static_cast<Index>(seed % 5);
+       t < static_cast<Index>(solver.tissue().tets().size()); t += 5) {
+    const Body& body = solver.tissue().body(solver.tissue().body_of_tet(t));
+    if (solver.tissue().is_tet_alive(t) && body.material.model == ElasticModel::neo_hookean) {
+      edit.stiffnesses.push_back({t, 1.5F});
+    }
+  }
+  for (Index v = static_cast<Index>(seed % 11); v < solver.vertex_count(); v += 11) {
+    if (solver.tissue().has_tissue(v) &&
+        std::ranges::none_of(solver.tissue().tets_at(v), is_removed)) {
+      (solver.tissue().is_fixed(v) ? edit.unfix_vertices : edit.fix_vertices).push_back(v);
+    }
   }
   return edit;
 }

@@ -81,6 +81,8 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
     if (round >= 20) {
       program.load(serial, round);
       program.load(device, round);
+      program.fix(serial, round);
+      program.fix(device, round);
     }
     if (round % 4 == 0) {  // with changes that the device has not heard of
       REQUIRE(device.state_hash() == serial.state_hash());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/solver/compaction.h"
@@ -268,6 +269,52 @@ TEST_CASE("stiff link: who is lost takes nobody along", "[unit]") {
   solver.write_positions(positions);
   run(solver, 20);
   CHECK((solver.positions()[0] - scene.positions()[0].cast<float>()).norm() < 0.2 * kSide);
+}
+
+// Would catch a coarse correction that takes the force of such a link for one that whole bodies
+// must follow: two strips of liver with one stiff thread between them shook, and threads over a
+// whole face tore them apart; and links of an edit, of which the substeps hear nothing.
+TEST_CASE("stiff link: stitches between soft bodies come to rest by default", "[validation]") {
+  const float compliance = GENERATE(0.0F, 2e-4F);
+  const std::size_t stitches = GENERATE(1, 25);
+  const bool comes_later = GENERATE(false, true);
+  Hanging hanging(5e3F, 5e3F, compliance, 4e-3F);
+  REQUIRE(hanging.links.size() == 25);
+  Scene bare;
+  bare.set_gravity(hanging.scene.gravity());
+  for (const Body& body : hanging.scene.bodies()) {
+    bare.add_body(body.name, block_at(body.name == "upper" ? 0 : -kSide - 4e-3), body.material);
+  }
+  for (Index b = 0; b < 2;
+       ++b) {  // held at both ends, so that a stitch alone bears next to nothing
+    bare.fix_where(b, [](const Eigen::Vector3d& x) {
+      return x.z() > kSide - 0.5 * kEdge || x.z() < -kSide - 4e-3 + 0.5 * kEdge;
+    });
+  }
+  TopologyEdit edit;
+  for (std::size_t i = 0; i < stitches; ++i) {
+    edit.new_links.push_back(hanging.scene.links()[i == 0 ? 12 : (12 + i) % 25]);
+  }
+  if (!comes_later) {
+    for (const Link& link : edit.new_links) {
+      bare.add_link(link);
+    }
+  }
+  Solver solver(bare, {.damping = 20});
+  REQUIRE(solver.options().coarse_correction == CoarseCorrection::on);
+  if (comes_later) {
+    const std::string before = solver.plan().name;
+    solver.tissue().apply(edit);
+    CHECK(solver.plan().name != before);  // which says how many sweeps there are
+  }
+  REQUIRE(is_stiff(solver));
+  run(solver, 200);
+  const auto x = solver.positions();
+  const auto v = solver.velocities();
+  for (const Link& link : solver.tissue().links()) {
+    CHECK((x[link.first] - x[link.second]).norm() == Approx(4e-3).epsilon(0.05));
+    CHECK(v[link.first].norm() < 1e-3);
+  }
 }
 
 // Would catch a compaction that asks anew what is stiff, of tissue that has lost mass since.

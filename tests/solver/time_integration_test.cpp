@@ -349,10 +349,12 @@ TEST_CASE("time integration: BDF2 has the serial bits on any number of threads, 
   for (int round = 0; round < 40; ++round) {
     INFO("round " << round);
     program.act(serial, round);
+    program.fix(serial, round);
     const float dt = round % 9 == 8 ? 3e-3F : testing::kEventfulTimeStep;
     contacts += serial.step(dt).contacts;
     for (const auto& other : others) {
       program.act(*other, round);
+      program.fix(*other, round);
       other->step(dt);
       for (Index copy = 0; copy < copies; ++copy) {
         REQUIRE(other->state_hash(copy) == serial.state_hash(copy));

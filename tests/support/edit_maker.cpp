@@ -264,19 +264,46 @@ void EditMaker::remove_bodies() {
 }
 
 // Between what has tissue whatever the edit does, or comes with it.
-void EditMaker::add_links() {
-  std::vector<Index> ends = find_all(static_cast<std::size_t>(solver_.vertex_count()),
-                                     [&](Index v) { return solver_.tissue().has_tissue(v); });
+// With tissue that the edit does not touch.
+std::vector<Index> EditMaker::lasting_vertices() const {
+  std::vector<Index> vertices = find_all(static_cast<std::size_t>(solver_.vertex_count()),
+                                         [&](Index v) { return solver_.tissue().has_tissue(v); });
   std::vector<bool> may_stop(static_cast<std::size_t>(solver_.vertex_count()));
   for (std::size_t t = 0; t < uses_.size(); ++t) {
     for (const Index v : solver_.tissue().tets()[t]) {
       may_stop[v] = may_stop[v] || uses_[t] != Use::none;
     }
   }
-  std::erase_if(ends, [&](Index v) {
+  std::erase_if(vertices, [&](Index v) {
     return may_stop[v] ||
            std::ranges::count(edit_.remove_bodies, solver_.tissue().body_of_vertex(v)) > 0;
   });
+  return vertices;
+}
+
+void EditMaker::fix_some() {
+  if (choices_.below(3) > 0) {
+    return;
+  }
+  for (const Index v : pick_some(lasting_vertices(), 6, choices_)) {
+    (solver_.tissue().is_fixed(v) ? edit_.unfix_vertices : edit_.fix_vertices).push_back(v);
+  }
+  std::vector<Index> solids = free_tets();
+  std::erase_if(solids, [&](Index t) {
+    const Body& body = solver_.tissue().bodies()[solver_.tissue().body_of_tet(t)];
+    return body.material.model != ElasticModel::neo_hookean;
+  });
+  for (const Index t : pick_some(std::move(solids), 5, choices_)) {
+    edit_.stiffnesses.push_back({t, 0.5F * static_cast<float>(1 + choices_.below(5))});
+  }
+  const auto is_free = [&](Index l) { return is_link_free(l); };
+  for (const Index l : pick_some(find_all(solver_.tissue().links().size(), is_free), 3, choices_)) {
+    edit_.link_lengths.push_back({l, 1e-3F * static_cast<float>(choices_.below(4))});
+  }
+}
+
+void EditMaker::add_links() {
+  std::vector<Index> ends = lasting_vertices();
   const Index first_new = solver_.vertex_count();
   const Index first_of_bodies = first_new + static_cast<Index>(edit_.new_vertices.size());
   for (Index v = first_new; v < first_of_bodies; ++v) {

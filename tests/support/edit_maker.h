@@ -29,6 +29,10 @@ class EditMaker {
   /// Adds links, to new vertices and bodies, too: last, for what they hold on to must stay.
   void add_links();
 
+  /// Fixes some vertices, unfixes others, changes rest lengths of links, and makes tissue stiffer:
+  /// last, likewise.
+  void fix_some();
+
   [[nodiscard]] const TopologyEdit& edit() const { return edit_; }
 
  private:
@@ -36,6 +40,7 @@ class EditMaker {
 
   [[nodiscard]] std::vector<Index> free_tets() const;
   [[nodiscard]] std::vector<Index> tets_at(Index vertex) const;
+  [[nodiscard]] std::vector<Index> lasting_vertices() const;
   [[nodiscard]] bool is_link_free(Index link) const;
   Index add_vertex(Index first, Index second, float share);
   void remove_tets();

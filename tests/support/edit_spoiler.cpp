@@ -39,7 +39,13 @@ class Spoiler {
                          [&](Index v) { return !data_.tissue->tets_at(v).empty(); })) {}
 
   bool spoil() {
-    switch (choices_.below(10)) {
+    switch (choices_.below(13)) {
+      case 12:
+        return spoil_stiffness();
+      case 10:
+        return spoil_link_length();
+      case 11:
+        return spoil_fixing();
       case 0:
         return spoil_removal();
       case 1:
@@ -97,6 +103,58 @@ class Spoiler {
         spoil_ids(choices_, edit_.rest_volumes, data_.tissue->tets().size(), volumes, [](Index t) {
           return RestVolumeChange{t, 1e-9F};
         });
+    }
+    return true;
+  }
+
+  bool spoil_stiffness() {
+    const float bad_value =
+        choices_.one_of(std::array{0.0F, -1.0F, 5e-4F, 1001.0F, kNan, kInfinite});
+    const auto springs = find_all(data_.tissue->tets().size(), [&](Index t) {
+      const Body& body = data_.tissue->body(data_.tissue->body_of_tet(t));
+      return data_.tissue->is_tet_alive(t) && body.material.model == ElasticModel::springs;
+    });
+    const Index what = choices_.below(3);
+    if (what == 0 && !springs.empty()) {
+      edit_.stiffnesses = {{choices_.one_of(springs), 2}};
+    } else if (what == 1 || live_tets_.empty()) {
+      edit_.stiffnesses = {{choices_.below(index_of(data_.tissue->tets().size())), bad_value}};
+    } else {
+      spoil_ids(choices_, edit_.stiffnesses, data_.tissue->tets().size(), live_tets_, [](Index t) {
+        return StiffnessChange{t, 2};
+      });
+    }
+    return true;
+  }
+
+  bool spoil_link_length() {
+    if (live_links_.empty() || choices_.below(2) == 0) {
+      const float bad_value = choices_.one_of(std::array{-1e-3F, kNan, kInfinite});
+      edit_.link_lengths = {{choices_.below(1 + index_of(live_links_.size())), bad_value}};
+    } else {
+      spoil_ids(choices_, edit_.link_lengths, data_.tissue->links().size(), live_links_,
+                [](Index l) {
+                  return LinkLengthChange{l, 1e-3F};
+                });
+    }
+    return true;
+  }
+
+  // A vertex that is not there, is named twice, or is as it shall be already.
+  bool spoil_fixing() {
+    std::vector<Index>& list = choices_.below(2) == 0 ? edit_.fix_vertices : edit_.unfix_vertices;
+    const bool is_to_be_fixed = &list == &edit_.fix_vertices;
+    const auto those = find_all(data_.particles.size(), [&](Index v) {
+      return data_.tissue->has_tissue(v) && data_.tissue->is_fixed(v) == is_to_be_fixed;
+    });
+    const Index what = choices_.below(3);
+    if (what == 0 || those.empty()) {
+      list.push_back(bad_id(solver_.vertex_count(), choices_));
+    } else {
+      list.push_back(choices_.one_of(those));
+      if (what == 1) {  // in both lists
+        (is_to_be_fixed ? edit_.unfix_vertices : edit_.fix_vertices).push_back(list.back());
+      }
     }
     return true;
   }

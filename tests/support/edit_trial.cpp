@@ -247,6 +247,7 @@ EditTrial::Change EditTrial::make_change(Choices& choices) {
   if (choices.below(6) == 0) {
     maker.add_links();
   }
+  maker.fix_some();
   change.edit = maker.edit();
   if (choices.below(6) == 0) {
     pieces_.add_crumbs(solver_.tissue(), change.edit, 1 + choices.below(8));

@@ -183,6 +183,24 @@ class EventfulProgram {
     }
   }
 
+  /// Before a step, beside act(): vertices stop and others move again, links are drawn in.
+  void fix(Solver& solver, int round) const {
+    switch (random(round, 70) % 8) {
+      case 0:
+        solver.tissue().apply(fixing(solver, round));
+        break;
+      case 1:
+        solver.tissue().apply(fixing(solver, round));
+        if (round % 2 == 0) {
+          solver.step(kEventfulTimeStep);
+        }
+        solver.tissue().undo();
+        break;
+      default:
+        break;
+    }
+  }
+
   /// Before a step, beside act(): forces and gravity come, change and go.
   void load(Solver& solver, int round) const {
     const float size = 1e-4F * static_cast<float>(random(round, 60) % 8);
@@ -310,6 +328,26 @@ class EventfulProgram {
       }
     }
     solver.tissue().apply(edit);
+  }
+
+  // Stops some vertices, lets others go, makes tissue stiffer or softer, and draws a link in.
+  [[nodiscard]] TopologyEdit fixing(const Solver& solver, int round) const {
+    TopologyEdit edit;
+    for (Index v = round % 7; v < static_cast<Index>(rest_.size()); v += 13) {
+      if (solver.tissue().has_tissue(v)) {
+        (solver.tissue().is_fixed(v) ? edit.unfix_vertices : edit.fix_vertices).push_back(v);
+      }
+    }
+    for (const Index t : some_tets(solver, round, 4)) {
+      const Body& body = solver.tissue().body(solver.tissue().body_of_tet(t));
+      if (body.material.model == ElasticModel::neo_hookean) {
+        edit.stiffnesses.push_back({t, 0.5F + 0.5F * static_cast<float>(round % 4)});
+      }
+    }
+    for (const Index link : some_link(solver, round)) {
+      edit.link_lengths.push_back({link, 0.8F * solver.tissue().links()[link].rest_length});
+    }
+    return edit;
   }
 
   void grasp_some(Solver& solver, int round) const {

@@ -39,6 +39,7 @@ LiveModel::LiveModel(const Scene& scene) : gravity(scene.gravity()) {
 void LiveModel::add_bodies(const Scene& added) {
   const Index first_vertex = vertex_count();
   const auto first_tet = static_cast<Index>(tets.size());
+  stiffnesses.insert(stiffnesses.end(), added.stiffnesses().begin(), added.stiffnesses().end());
   points.insert(points.end(), added.positions().begin(), added.positions().end());
   for (Index v = 0; v < added.vertex_count(); ++v) {
     is_fixed.push_back(added.is_fixed(v));
@@ -162,6 +163,18 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const RestVolumeChange& change : edit.rest_volumes) {
     change_volume(change);
   }
+  for (const StiffnessChange& change : edit.stiffnesses) {
+    stiffnesses[change.tet] = change.factor;
+  }
+  for (const LinkLengthChange& change : edit.link_lengths) {
+    links[change.link].rest_length = change.rest_length;
+  }
+  for (const Index v : edit.fix_vertices) {
+    is_fixed[v] = true;
+  }
+  for (const Index v : edit.unfix_vertices) {
+    is_fixed[v] = false;
+  }
   for (const Index l : edit.remove_links) {
     link_alive[l] = false;
   }
@@ -274,6 +287,7 @@ void LiveModel::add_tet(const NewTet& added, const TopologyEdit& edit, Index fir
   tet_alive.push_back(true);
   tet_bodies.push_back(body);
   rest_volumes.push_back(volume);
+  stiffnesses.push_back(stiffnesses[added.parent]);
 }
 
 }  // namespace pbdsurg::testing

@@ -36,6 +36,7 @@ struct LiveModel {
   std::vector<bool> tet_alive;             // [tet_count]
   std::vector<Index> tet_bodies;           // [tet_count]
   std::vector<float> rest_volumes;         // [tet_count] m^3
+  std::vector<float> stiffnesses;          // [tet_count] times that of the material
   std::vector<Link> links;                 // [link_count]
   std::vector<bool> link_alive;            // [link_count] unless an end has lost its tissue
   std::vector<Hinge> hinges;               // [hinge_count]

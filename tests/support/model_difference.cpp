@@ -154,6 +154,7 @@ void compare_masses(const LiveModel& model, const Solver& solver, const Fresh& f
     require(static_cast<Index>(data.tissue->tets_at(v).size()) == fresh.vertex_tets[v],
             "tets at vertex", v);
     require(solver.tissue().has_tissue(v) == (mass > 0), "tissue at vertex", v);
+    require(solver.tissue().is_fixed(v) == model.is_fixed[v], "whether fixed is vertex", v);
     require(
         mass > 0 ? is_near(data.tissue->masses()[v], mass, 1e-9) : data.tissue->masses()[v] == 0,
         "mass of vertex", v);
@@ -228,6 +229,8 @@ void compare_distances(const LiveModel& model, const Solver& solver, const Fresh
       require(solver.tissue().links()[l].first == link.first &&
                   solver.tissue().links()[l].second == link.second,
               "ends of link", index_of(l));
+      require(solver.tissue().links()[l].rest_length == link.rest_length, "length of link",
+              index_of(l));
       expect(id, {link.first, link.second}, link.rest_length, pick(link.stiffness, solver), 0,
              "distance of link");
     }
@@ -311,7 +314,9 @@ void compare_tets(const LiveModel& model, const Solver& solver) {
     }
     if (is_solid) {
       const auto record = data.sets.of<NeoHookeanConstraint>().record(t);
-      auto expected = make_neo_hookean(model.points, model.tets[i], places, material);
+      auto expected =
+          make_neo_hookean(model.points, model.tets[i], places, material, model.stiffnesses[i]);
+      require(solver.tissue().stiffness(t) == model.stiffnesses[i], "stiffness of tet", t);
       const double share = model.rest_volumes[i] / tet_volume(model.points, model.tets[i]);
       for (int p = 0; p < 9; ++p) {
         expected.parameters[NeoHookeanConstraint::kInverseShape + p] /=

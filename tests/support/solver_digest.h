@@ -125,10 +125,13 @@ inline std::uint64_t digest_of(const SolverData& data) {
   digest.mix(data.sets.has_damping);
   digest.mix_all(tissue.tet_masses.values());
   digest.mix_all(data.tissue->masses());
+  digest.mix_all(tissue.fixed.values());
+  digest.mix_all(tissue.stiffnesses.values());
   digest.mix_all(data.place_of_vertex);
   for (const Link& link : data.tissue->links()) {
     digest.mix(link.first);
     digest.mix(link.second);
+    digest.mix(link.rest_length);
   }
   data.sets.for_each_set([&](const auto& slots) { mix_slots(digest, slots); });
   for (std::size_t edge = 0; edge < data.tissue->edges().size(); ++edge) {

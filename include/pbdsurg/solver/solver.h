@@ -115,7 +115,7 @@ class PBDSURG_API Solver {
   /// whole step is done here, and finish_step() only has its report: who wants to do other work
   /// meanwhile calls step() in a thread of its own. Any call that reads or writes the state, or has
   /// to do with tools or watched vertices, waits for the step first; finish_step() then still has
-  /// its report. Edits that bring no vertices do not wait, see tissue() for the rare one that does:
+  /// its report. Most edits do not wait, see tissue() for those that do:
   /// topology is the new one at once, and the next step is the first to follow it. So edits cost
   /// nothing that a device's step is long enough to hide. Of explicit steps of more than 24
   /// automatic substeps this waits for all but the last 24 at most.
@@ -288,9 +288,9 @@ class PBDSURG_API Solver {
 
   /// What all copies are made of. Its edits between two steps change the solver, those between
   /// start_step() and finish_step() change the next step, with the same bits as after
-  /// finish_step(). Only these wait for the step that runs: Tissue::undo(), an edit that brings
-  /// vertices, followers that read the state, and on a device an edit that stops more vertices,
-  /// counted in all copies, than 1024 and than any edit before.
+  /// finish_step(). Only these wait for the step that runs: Tissue::undo(), an edit that brings,
+  /// fixes or unfixes vertices, followers that read the state, and on a device an edit that stops
+  /// more vertices, counted in all copies, than 1024 and than any edit before.
   ///
   /// Constraints stay validly coloured: what is added takes a colour that is free at its vertices,
   /// or a new one; phases without a constraint leave the plan. A body that comes in is coloured by

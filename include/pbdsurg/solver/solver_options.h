@@ -149,8 +149,10 @@ struct PBDSURG_API SolverOptions {
   /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without. With a
   /// coarse correction, which automatic numbers bring, more than 1.2 does harm.
   float over_relaxation = 1;
-  /// Takes as long as 4 sweeps of a substep. A solver takes longer to make: 0.02 s of 300
-  /// vertices, 0.3 s of 2600, 0.6 s of 7000, 1.5 s of 20,000.
+  /// Takes as long as 4 sweeps of a substep. With links that are much stiffer than the tissue at
+  /// their ends (constraints/stiff_link.h) substeps need more sweeps, which automatic numbers give.
+  /// A solver takes longer to make: 0.02 s of 300 vertices, 0.3 s of 2600, 0.6 s of 7000, 1.5 s of
+  /// 20,000.
   CoarseCorrection coarse_correction = CoarseCorrection::automatic;
   TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0

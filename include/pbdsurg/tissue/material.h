@@ -23,6 +23,9 @@ enum class ElasticModel : std::uint8_t {
 /// substeps.
 inline constexpr float kLargestCompliance = 1e12F;
 
+/// Bounds of how many times as stiff as its body's material a tetrahedron may be.
+inline constexpr float kSmallestStiffness = 1e-3F, kLargestStiffness = 1e3F;
+
 /// One type of constraint's resistance, in both projection modes; the solver's mode picks one.
 struct Stiffness {
   float fraction = 1;  ///< fraction mode: share of the violation removed per projection, (0, 1]

@@ -64,7 +64,7 @@ class PBDSURG_API Scene {
   /// @throws InvalidArgument  as add_body(), or naming the particle that is not finite
   BodyId add_particles(std::string name, std::span<const Eigen::Vector3d> positions, double mass);
 
-  /// Holds vertices of a body where they are, for good.
+  /// Holds vertices of a body where they are, until an edit lets them go.
   /// @param vertices  [n] ids within the body
   /// @throws InvalidArgument  naming the body and the id out of range; then none is fixed
   void fix_vertices(Index body, std::span<const Index> vertices);
@@ -74,6 +74,14 @@ class PBDSURG_API Scene {
   /// @return           how many were fixed
   template <class Condition>
   Index fix_where(Index body, Condition condition);
+
+  /// Makes a Neo-Hookean body stiffer in some places than in others, in place of what was set
+  /// before.
+  /// @param factors  [tet_count of the body] how many times as stiff as the body's material each
+  ///                 tetrahedron is, in [kSmallestStiffness, kLargestStiffness]
+  /// @throws InvalidArgument  naming the body that is not Neo-Hookean, or the tetrahedron and its
+  ///                          factor, or if the sizes differ; then nothing has changed
+  void set_stiffnesses(Index body, std::span<const float> factors);
 
   /// Links two vertices of the scene.
   /// @return  the link's index
@@ -140,6 +148,9 @@ class PBDSURG_API Scene {
   /// [tet_count] scene vertex ids.
   [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
 
+  /// [tet_count] see set_stiffnesses(); 1 where nothing was set.
+  [[nodiscard]] std::span<const float> stiffnesses() const noexcept { return stiffnesses_; }
+
   /// [link_count]
   [[nodiscard]] std::span<const Link> links() const noexcept { return links_; }
 
@@ -158,6 +169,7 @@ class PBDSURG_API Scene {
   std::vector<double> masses_;
   std::vector<bool> fixed_;
   std::vector<Tet> tets_;
+  std::vector<float> stiffnesses_;
   std::vector<Link> links_;
   std::vector<Hinge> hinges_;
   Eigen::Vector3f gravity_{0, -9.81F, 0};

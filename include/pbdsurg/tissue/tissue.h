@@ -147,7 +147,7 @@ class PBDSURG_API Tissue {
   /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron.
   [[nodiscard]] bool has_tissue(Index vertex) const;
 
-  /// Whether the scene fixed it, or it lies between two that are fixed.
+  /// Whether it cannot move: the scene or an edit fixed it, or it came between two that were fixed.
   [[nodiscard]] bool is_fixed(Index vertex) const;
 
   /// Live tetrahedra at a vertex, ascending. Valid until the next edit.
@@ -173,6 +173,9 @@ class PBDSURG_API Tissue {
   /// kg
   [[nodiscard]] double tet_mass(Index tet) const;
 
+  /// How many times as stiff as the material of its body a tetrahedron is.
+  [[nodiscard]] float stiffness(Index tet) const;
+
   /// [edge_count] vertices of every edge there ever was, smaller first. Sorted until an edit adds
   /// vertices.
   [[nodiscard]] std::span<const Edge> edges() const noexcept;
@@ -180,7 +183,7 @@ class PBDSURG_API Tissue {
   /// [edge_count] how many live tetrahedra are around each.
   [[nodiscard]] std::span<const Index> edge_tets() const noexcept;
 
-  /// [link_count] as given to the scene and to edits.
+  /// [link_count] as given to the scene and to edits, with ends and rest lengths as they are now.
   [[nodiscard]] std::span<const Link> links() const noexcept;
 
   /// [hinge_count] as they are now, or were last: parting gives them copies of vertices.

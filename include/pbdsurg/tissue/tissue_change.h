@@ -64,7 +64,8 @@ struct TissueChange {
 
   /// Whether anything came that takes part in constraints.
   [[nodiscard]] bool adds() const noexcept {
-    return brings_vertices() || !edit.new_tets.empty() || !edit.new_links.empty();
+    return brings_vertices() || !edit.new_tets.empty() || !edit.new_links.empty() ||
+           !edit.unfix_vertices.empty();
   }
   /// Whether any vertex came, by itself or with a body.
   [[nodiscard]] bool brings_vertices() const noexcept {

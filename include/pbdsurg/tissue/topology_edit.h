@@ -27,6 +27,19 @@ struct RestVolumeChange {
   float rest_volume;  ///< m^3, positive and finite
 };
 
+/// How many times as stiff as its body's material a live tetrahedron of a Neo-Hookean body is from
+/// now on: Young's modulus is scaled, the ratio stays. What divides it is as stiff.
+struct StiffnessChange {
+  Index tet;     ///< live, each once
+  float factor;  ///< in [kSmallestStiffness, kLargestStiffness]; 1: as its body's material
+};
+
+/// A new rest length of a live link: a suture that is drawn tight, a strand that shrinks.
+struct LinkLengthChange {
+  Index link;         ///< live, each once, not removed by the same edit
+  float rest_length;  ///< m, >= 0 and finite
+};
+
 /// A vertex that comes to be: on the segment between two vertices of one body, or where one is.
 struct NewVertex {
   Index first;      ///< a corner of a live tetrahedron
@@ -71,11 +84,18 @@ struct TopologyEdit {
   std::vector<Index> remove_bodies{};
   std::vector<RestLengthChange> rest_lengths{};  ///< of edges
   std::vector<RestVolumeChange> rest_volumes{};  ///< of tetrahedra
-  std::vector<NewVertex> new_vertices{};         ///< for the next four
-  std::vector<CornerMove> corner_moves{};        ///< where tissue parts along faces
-  std::vector<LinkMove> link_moves{};            ///< to copies of vertices
-  std::vector<NewTet> new_tets{};                ///< where tissue is divided
-  std::vector<Link> new_links{};  ///< between vertices with tissue, new ones included
+  std::vector<StiffnessChange> stiffnesses{};    ///< of tetrahedra
+  std::vector<LinkLengthChange> link_lengths{};  ///< of links
+  /// Vertices that stop where they are, and stay there in all copies, as those that the scene
+  /// fixed: free ones, each once. They must have tissue, before and after the edit.
+  std::vector<Index> fix_vertices{};
+  /// Fixed ones, likewise, that move again, from rest.
+  std::vector<Index> unfix_vertices{};
+  std::vector<NewVertex> new_vertices{};   ///< for the next four
+  std::vector<CornerMove> corner_moves{};  ///< where tissue parts along faces
+  std::vector<LinkMove> link_moves{};      ///< to copies of vertices
+  std::vector<NewTet> new_tets{};          ///< where tissue is divided
+  std::vector<Link> new_links{};           ///< between vertices with tissue, new ones included
   /// Bodies that come in, with their hinges and the links between them: at rest where the scene has
   /// them, without speed, in all copies. Links to what is there already go to new_links. The
   /// scene's gravity is of no account.

@@ -71,8 +71,9 @@ class PBDSURG_API LivePieces final : public Follower {
 
   /// Adds to an edit, before it is applied, the removal of parts that its removals would free and
   /// that have fewer than `smallest` tetrahedra, so that crumbs go in the same transaction. A part
-  /// with tissue that the edit moves, splits or links stays, and so does the largest of each piece,
-  /// however small. Ids that Tissue::apply() refuses are passed over. Cost: as of the edit.
+  /// with tissue that the edit moves, splits, links, fixes or unfixes stays, and so does the
+  /// largest of each piece, however small. Ids that Tissue::apply() refuses are passed over. Cost:
+  /// as of the edit.
   /// @throws InvalidArgument  if the pieces do not follow the tissue
   Crumbs add_crumbs(const Tissue& tissue, TopologyEdit& edit, Index smallest);
 

@@ -183,7 +183,7 @@ class PBDSURG_API World {
   /// @throws InvalidArgument  as Scene::add_body(), naming the value out of range
   BodyId add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue);
 
-  /// Holds vertices of a body where they are, for good.
+  /// Holds vertices of a body where they are, until an edit() lets them go.
   /// @param vertices  [n] ids within the body
   void fix(BodyId body, std::span<const Index> vertices);
   /// Likewise.
@@ -204,6 +204,15 @@ class PBDSURG_API World {
   /// @param rigidity  N m, flexural_rigidity() of constraints/bending.h
   /// @return          how many hinges that takes
   Index add_hinges(BodyId body, float rigidity);
+
+  /// Makes a body stiffer in some places than in others: see Scene::set_stiffnesses(). Edits change
+  /// that later.
+  /// @param factors  [tet_count of the body] how many times as stiff as its tissue
+  void set_stiffnesses(BodyId body, std::span<const float> factors);
+  /// Likewise.
+  /// @param field  float(const Eigen::Vector3d& center), of each tetrahedron at rest, in m
+  template <std::invocable<const Eigen::Vector3d&> Field>
+  void set_stiffnesses(BodyId body, Field field);
 
   /// Gravity of all bodies, in the steps to come as well. Default: earth's, downwards along y.
   /// @param gravity  m/s^2, finite
@@ -380,6 +389,7 @@ class PBDSURG_API World {
   struct Data;
   struct Origin;
   [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions_of(BodyId body) const;
+  [[nodiscard]] std::vector<Eigen::Vector3d> rest_centers_of(BodyId body) const;
   [[nodiscard]] std::vector<Index> vertices_with_tissue(BodyId body);
   Owned<Data> data_;
 };
@@ -395,6 +405,15 @@ Index World::fix(BodyId body, Condition condition) {
   }
   fix(body, std::span<const Index>(vertices));
   return static_cast<Index>(vertices.size());
+}
+
+template <std::invocable<const Eigen::Vector3d&> Field>
+void World::set_stiffnesses(BodyId body, Field field) {
+  std::vector<float> factors;
+  for (const Eigen::Vector3d& center : rest_centers_of(body)) {
+    factors.push_back(field(center));
+  }
+  set_stiffnesses(body, std::span<const float>(factors));
 }
 
 template <std::invocable<Index, const Eigen::Vector3f&> Field>

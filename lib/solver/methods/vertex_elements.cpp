@@ -25,15 +25,17 @@ struct Moduli {
   double mu, lambda;  // Pa, as NeoHookeanTerms takes them
 };
 
-Moduli moduli_of(const Material& material) {
-  const double youngs_modulus = material.youngs_modulus;
+// @param stiffness  times that of the material
+Moduli moduli_of(const Material& material, float stiffness) {
+  const double youngs_modulus = double{stiffness} * material.youngs_modulus;
   const double ratio = material.poissons_ratio;
   const double mu = youngs_modulus / (2 * (1 + ratio));
   return {mu, 2 * mu * ratio / (1 - 2 * ratio) + mu};
 }
 
-VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Material& material) {
-  const auto [mu, lambda] = moduli_of(material);
+VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Material& material,
+                           float stiffness) {
+  const auto [mu, lambda] = moduli_of(material, stiffness);
   const Vec3<double> x[4] = {rest[0], rest[1], rest[2], rest[3]};
   const NeoHookeanTerms<double> terms = NeoHookeanTerms<double>::at_rest(x, mu, lambda);
   VertexTet tet;
@@ -60,13 +62,13 @@ VertexTet make_volume(const ConstraintRecord<VolumeConstraint>& record) {
 }
 
 VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
-                           const Material& material) {
+                           const Material& material, float stiffness) {
   const Eigen::Matrix3d sides = rest_sides(record);
   std::array<Vec3<double>, 4> rest{};
   for (int k = 0; k < 3; ++k) {
     rest[k + 1] = {sides(0, k), sides(1, k), sides(2, k)};
   }
-  return make_neo_hookean(rest, material);
+  return make_neo_hookean(rest, material, stiffness);
 }
 
 struct StretchLimit {
@@ -120,7 +122,7 @@ std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue) {
         const Eigen::Vector3d& x = positions[tissue.tets()[t][k]];
         rest[k] = {x.x(), x.y(), x.z()};
       }
-      tets[t] = make_neo_hookean(rest, material);
+      tets[t] = make_neo_hookean(rest, material, tissue.stiffness(t));
     } else if (material.has_volume_constraints) {
       tets[t].stiffness = 1 / material.volume.compliance;
       tets[t].target = static_cast<float>(tet_volume(positions, tissue.tets()[t]));
@@ -137,7 +139,8 @@ VertexTet vertex_tet(const SolverData& data, const Tissue& tissue, Index id) {
   if (volumes.is_alive(id)) {
     tet = make_volume(volumes.record(id));
   } else if (solids.is_alive(id)) {
-    tet = make_neo_hookean(solids.record(id), tissue.bodies()[tissue.body_of_tet(id)].material);
+    tet = make_neo_hookean(solids.record(id), tissue.bodies()[tissue.body_of_tet(id)].material,
+                           tissue.stiffness(id));
   }
   tet.vertices = data.places_of(tissue.tets()[id]);
   return tet;
@@ -148,7 +151,7 @@ VertexTet resized(VertexTet tet, const Material& material, float rest_volume) {
     tet.target = rest_volume;
     return tet;
   }
-  const auto [mu, lambda] = moduli_of(material);
+  const auto [mu, lambda] = moduli_of(material, 1);  // of which the quotient counts alone
   NeoHookeanTerms<double> before{};
   std::copy(tet.weights.begin(), tet.weights.end(), before.weights);
   before.stiffness = tet.stiffness;

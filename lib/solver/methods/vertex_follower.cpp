@@ -51,9 +51,18 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
     }
     longest = std::max(longest, edge_of_volume(rest.rest_volume));
   }
+  for (const LinkLengthChange& length : change.edit.link_lengths) {
+    blocks.set_spring_rest(data_.sets.distance_ids.of_link(length.link), length.rest_length);
+    longest = std::max(longest, double{length.rest_length});
+  }
   remove(change);
   if (has_grown_ && !grow(tissue, change)) {
     regrow(tissue, change);
+  }
+  for (const StiffnessChange& stiffness : change.edit.stiffnesses) {
+    if (tissue.is_tet_alive(stiffness.tet)) {
+      blocks.set_tet(stiffness.tet, vertex_tet(data_, tissue, stiffness.tet));
+    }
   }
   blocks.set_unit(wide_enough(blocks.unit(), longest));
   refresh();
@@ -130,6 +139,14 @@ bool VertexFollower::grow(const Tissue& tissue, const TissueChange& change) {
   }
   for (const Index hinge : change.moved_hinges) {
     blocks.set_hinge(hinge, vertex_hinge(data_, tissue, hinge));
+  }
+  for (const Index v : change.edit.unfix_vertices) {
+    set_free(data_.place_of_vertex[v]);
+    for (const Index l : tissue.links_at(v)) {  // which may have phases of its own now
+      if (l < change.first_new_link) {
+        blocks.set_spring(data_.sets.distance_ids.of_link(l), link_spring(data_, tissue, l));
+      }
+    }
   }
   // what is new
   std::vector<VertexTet> tets;

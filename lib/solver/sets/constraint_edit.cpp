@@ -51,6 +51,14 @@ class ConstraintSets::Edit {
     for (std::size_t i = 0; i < change_.edit.rest_volumes.size(); ++i) {
       set_rest_volume(change_.edit.rest_volumes[i], sets_.edge_tets_before_[i]);
     }
+    for (const StiffnessChange& change : change_.edit.stiffnesses) {
+      const Material& material = tissue_.bodies()[tissue_.body_of_tet(change.tet)].material;
+      set_stiffness(of<NeoHookeanConstraint>(), change.tet, material, change.factor);
+      log<NeoHookeanConstraint>(change.tet);
+    }
+    for (const LinkLengthChange& change : change_.edit.link_lengths) {
+      set_link_length(change);
+    }
     const std::span<const Index> links(change_.removed_links);
     const std::size_t asked_links = change_.edit.remove_links.size();
     std::ranges::for_each(links.first(asked_links), [&](Index l) { remove_link(l); });
@@ -75,6 +83,9 @@ class ConstraintSets::Edit {
     for (auto l = static_cast<std::size_t>(change_.first_new_link); l < tissue_.links().size();
          ++l) {
       add_link(static_cast<Index>(l));
+    }
+    for (const Index v : change_.edit.unfix_vertices) {
+      std::ranges::for_each(tissue_.links_at(v), [&](Index l) { stiffen(l); });
     }
   }
 
@@ -144,6 +155,17 @@ class ConstraintSets::Edit {
     }
     pbdsurg::set_rest_volume(solids, rest.tet, rest.rest_volume);
     log<NeoHookeanConstraint>(rest.tet);
+  }
+
+  void set_link_length(const LinkLengthChange& change) {
+    const Index distance = sets_.distance_ids.of_link(change.link);
+    of<DistanceConstraint>().set_parameter(distance, DistanceConstraint::kRest, change.rest_length);
+    log<DistanceConstraint>(distance);
+    if (of<StiffLinkConstraint>().is_alive(change.link)) {
+      of<StiffLinkConstraint>().set_parameter(change.link, StiffLinkConstraint::kRest,
+                                              change.rest_length);
+      log<StiffLinkConstraint>(change.link);
+    }
   }
 
   // --- removal -------------------------------------------------------------------------------
@@ -272,7 +294,14 @@ class ConstraintSets::Edit {
     const Edge ends{link.first, link.second};
     add<DistanceConstraint>(sets_.distance_ids.of_link(id), ends,
                             {state_.places_of(ends), link_numbers(link, state_.options.mode)});
-    if (const auto numbers = stiff_link_numbers(tissue_, id, state_.options)) {
+    stiffen(id);
+  }
+
+  // A link that vertex blocks cannot take as a spring, with ends as they are now.
+  void stiffen(Index id) {
+    const Edge ends{tissue_.links()[id].first, tissue_.links()[id].second};
+    const auto numbers = stiff_link_numbers(tissue_, id, state_.options);
+    if (numbers && !of<StiffLinkConstraint>().is_alive(id)) {
       add<StiffLinkConstraint>(id, ends, {state_.places_of(ends), *numbers});
     }
   }

@@ -32,14 +32,14 @@ EdgeNumbers edge_numbers(double length, const Material& material, ProjectionMode
 }
 
 TetNumbers tet_numbers(std::span<const Eigen::Vector3d> positions, const Tet& tet, const Body& body,
-                       ProjectionMode mode) {
+                       float stiffness, ProjectionMode mode) {
   TetNumbers numbers;
   if (has_volume_constraints(body)) {
     numbers.volume = {static_cast<float>(tet_volume(positions, tet)),
                       stiffness_in(mode, body.material.volume), body.material.damping};
   }
   if (body.material.model == ElasticModel::neo_hookean) {
-    numbers.neo_hookean = make_neo_hookean(positions, tet, {}, body.material).parameters;
+    numbers.neo_hookean = make_neo_hookean(positions, tet, {}, body.material, stiffness).parameters;
   }
   return numbers;
 }
@@ -90,8 +90,9 @@ ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edge
     numbers.edges.push_back(edge_numbers(length, scene.bodies()[b].material, mode));
   }
   for (const Body& body : scene.bodies()) {
-    for (const Tet& tet : scene.tets().subspan(body.first_tet, body.tet_count)) {
-      numbers.tets.push_back(tet_numbers(scene.positions(), tet, body, mode));
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      numbers.tets.push_back(
+          tet_numbers(scene.positions(), scene.tets()[t], body, scene.stiffnesses()[t], mode));
     }
   }
   for (const Hinge& hinge : scene.hinges()) {
@@ -116,7 +117,8 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
   for (Index t = 0; t < static_cast<Index>(numbers.tets.size()); ++t) {
     if (tissue.is_tet_alive(t)) {
       numbers.tets[t] =
-          tet_numbers(positions, tissue.tets()[t], tissue.bodies()[tissue.body_of_tet(t)], mode);
+          tet_numbers(positions, tissue.tets()[t], tissue.bodies()[tissue.body_of_tet(t)],
+                      tissue.stiffness(t), mode);
     }
   }
   numbers.hinges.resize(tissue.hinges().size());

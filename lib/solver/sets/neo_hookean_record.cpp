@@ -17,6 +17,12 @@ Eigen::Matrix3d inverse_shape(const Record& record) noexcept {
   return inverse;
 }
 
+// Pa
+double shear_modulus(const Material& material, float stiffness) noexcept {
+  return double{stiffness} *
+         (material.youngs_modulus / (2 * (1 + double{material.poissons_ratio})));
+}
+
 double exact_rest_volume(const Record& record) noexcept {
   return 1 / (6 * inverse_shape(record).determinant());
 }
@@ -24,21 +30,19 @@ double exact_rest_volume(const Record& record) noexcept {
 }  // namespace
 
 Record make_neo_hookean(std::span<const Eigen::Vector3d> positions, const Tet& tet,
-                        const Tet& places, const Material& material) {
+                        const Tet& places, const Material& material, float stiffness) {
   Eigen::Matrix3d sides;
   for (int k = 0; k < 3; ++k) {
     sides.col(k) = positions[tet[k + 1]] - positions[tet[0]];
   }
   const Eigen::Matrix3d inverse = sides.inverse();
-  const double shear_modulus =
-      material.youngs_modulus / (2 * (1 + double{material.poissons_ratio}));
   Record record{places, {}};
   for (int i = 0; i < 9; ++i) {
     record.parameters[NeoHookeanConstraint::kInverseShape + i] =
         static_cast<float>(inverse(i / 3, i % 3));
   }
   record.parameters[NeoHookeanConstraint::kStiffness] =
-      static_cast<float>(shear_modulus * sides.determinant() / 6);
+      static_cast<float>(shear_modulus(material, stiffness) * sides.determinant() / 6);
   record.parameters[NeoHookeanConstraint::kRatio] =
       static_cast<float>(1 / (1 - 2 * double{material.poissons_ratio}));
   record.parameters[NeoHookeanConstraint::kDamping] = material.damping;
@@ -64,6 +68,13 @@ Record make_part(const Record& whole, const Eigen::Matrix3d& sides, const Tet& p
 
 float rest_volume(const Record& record) noexcept {
   return static_cast<float>(exact_rest_volume(record));
+}
+
+void set_stiffness(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet,
+                   const Material& material, float stiffness) {
+  const double volume = exact_rest_volume(slots.record(tet));
+  slots.set_parameter(tet, NeoHookeanConstraint::kStiffness,
+                      static_cast<float>(shear_modulus(material, stiffness) * volume));
 }
 
 void set_rest_volume(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet, float volume) {

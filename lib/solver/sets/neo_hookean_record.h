@@ -18,9 +18,10 @@ namespace pbdsurg {
 
 /// @param positions  [vertex_count] m, at rest
 /// @param places     of the vertices, see SolverData
+/// @param stiffness  times that of the material
 ConstraintRecord<NeoHookeanConstraint> make_neo_hookean(std::span<const Eigen::Vector3d> positions,
                                                         const Tet& tet, const Tet& places,
-                                                        const Material& material);
+                                                        const Material& material, float stiffness);
 
 /// m, the sides from its first vertex at rest, in columns.
 [[nodiscard]] Eigen::Matrix3d rest_sides(const ConstraintRecord<NeoHookeanConstraint>& record);
@@ -34,6 +35,11 @@ ConstraintRecord<NeoHookeanConstraint> make_neo_hookean(std::span<const Eigen::V
 
 /// m^3
 float rest_volume(const ConstraintRecord<NeoHookeanConstraint>& record) noexcept;
+
+/// Gives a live tetrahedron other moduli; its rest shape stays.
+/// @param stiffness  times that of the material
+void set_stiffness(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet,
+                   const Material& material, float stiffness);
 
 /// Scales the rest shape of a live tetrahedron evenly; its moduli stay.
 /// @param volume  m^3, positive

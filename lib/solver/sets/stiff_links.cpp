@@ -23,8 +23,12 @@ double vertex_stiffness(const Tissue& tissue, Index vertex) {
     return inertia;
   }
   const Material& material = body.material;
+  double stiffness = 0;  // the mean around the vertex, times that of the material
+  for (const Index t : tissue.tets_at(vertex)) {
+    stiffness += double{tissue.stiffness(t)} / static_cast<double>(tissue.tets_at(vertex).size());
+  }
   return inertia + (material.model == ElasticModel::neo_hookean
-                        ? material.youngs_modulus * std::cbrt(mass / material.density)
+                        ? stiffness * material.youngs_modulus * std::cbrt(mass / material.density)
                         : 1 / double{material.stretch.compliance});
 }
 

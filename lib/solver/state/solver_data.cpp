@@ -19,19 +19,26 @@ class ProgramFollower final : public Follower {
  public:
   ProgramFollower(SolverData& data, const StateFollower& state) : data_(data), state_(state) {}
 
-  void validate(const Tissue&, const TopologyEdit& edit) const override {
-    static_cast<void>(substep_rule(edit.new_bodies, data_.options));
+  void validate(const Tissue& tissue, const TopologyEdit& edit) const override {
+    rule_of_edit_ = both(substep_rule(edit.new_bodies, data_.options),
+                         substep_rule(tissue, edit, data_.options));
   }
-  void follow(const Tissue&, const TissueChange& change) noexcept override {
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override {
     rule_before_ = data_.substep_rule;
     if (is_explicit(data_.options)) {
       const SubstepRule rule = explicit_rule(data_);
       if (rule != data_.substep_rule) {
         set_substep_rule(rule, data_);
       }
-    } else if (!change.edit.new_bodies.bodies().empty()) {
-      set_substep_rule(both(rule_before_, substep_rule(change.edit.new_bodies, data_.options)),
-                       data_);
+    } else if (!change.edit.new_bodies.bodies().empty() || !change.edit.stiffnesses.empty()) {
+      set_substep_rule(both(rule_before_, rule_of_edit_), data_);
+    }
+    if (!change.edit.new_links.empty() || !change.edit.new_bodies.links().empty() ||
+        !change.edit.unfix_vertices.empty()) {
+      const SubstepRule rule = both(data_.substep_rule, stiff_link_rule(tissue, data_.options));
+      if (rule != data_.substep_rule) {
+        set_substep_rule(rule, data_);
+      }
     }
     update();
   }
@@ -54,7 +61,8 @@ class ProgramFollower final : public Follower {
 
   SolverData& data_;
   const StateFollower& state_;
-  SubstepRule rule_before_;  // before the last edit
+  SubstepRule rule_before_;           // before the last edit
+  mutable SubstepRule rule_of_edit_;  // what it brings, as it was validated
 };
 
 // Of a part of a step. Who says how many there are gets no more.

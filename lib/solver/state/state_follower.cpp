@@ -57,23 +57,26 @@ void StateFollower::validate(const Tissue& tissue, const TopologyEdit& edit) con
                           " of new bodies there would be " + std::to_string(count) +
                           "; a solver takes " + std::to_string(kMostParticles) + " at most");
   }
-  if (edit.new_vertices.empty() && edit.new_bodies.bodies().empty()) {
+  if (edit.new_vertices.empty() && edit.new_bodies.bodies().empty() && edit.fix_vertices.empty() &&
+      edit.unfix_vertices.empty()) {
     return;  // all else leaves a step that runs alone
   }
-  std::pmr::vector<Index> ends(state_.scratch.get());
+  std::pmr::vector<Index> read(state_.scratch.get());
   for (const NewVertex& vertex : edit.new_vertices) {
-    ends.insert(ends.end(), {vertex.first, vertex.second});
+    read.insert(read.end(), {vertex.first, vertex.second});
   }
+  read.insert(read.end(), edit.fix_vertices.begin(), edit.fix_vertices.end());
+  read.insert(read.end(), edit.unfix_vertices.begin(), edit.unfix_vertices.end());
   state_.finish_running_step();
-  if (!ends.empty()) {
-    state_.fetch_motion(ends);
+  if (!read.empty()) {
+    state_.fetch_motion(read);
   }
 }
 
 void StateFollower::follow(const Tissue& tissue, const TissueChange& change) noexcept {
   try {
     lost_motion_ = nullptr;
-    keep_motion(change.emptied_vertices);
+    keep_motion(change);
   } catch (...) {  // the device failed: the edit stands, and cannot be undone
     lost_motion_ = std::current_exception();
   }
@@ -81,7 +84,8 @@ void StateFollower::follow(const Tissue& tissue, const TissueChange& change) noe
     add_vertex(tissue, vertex);
   }
   add_bodies(change.edit.new_bodies, change.first_vertex_of_bodies());
-  set_inverse_masses(tissue, change.weighed_vertices);
+  set_inverse_masses(tissue, change);
+  log_fixing(change.edit);
   log_tets(change, tissue.tets().size());
   state_.releases.clear();
   if (!change.emptied_vertices.empty()) {
@@ -93,9 +97,10 @@ void StateFollower::follow(const Tissue& tissue, const TissueChange& change) noe
   }
 }
 
-// Keeps in mind how vertices move, or has the backend do so; waits for no step.
-void StateFollower::keep_motion(std::span<const Index> vertices) {
-  stopped_.assign(vertices.begin(), vertices.end());
+// Keeps in mind how vertices move that stop, or has the backend do so; waits for no step.
+void StateFollower::keep_motion(const TissueChange& change) {
+  stopped_ = change.emptied_vertices;
+  stopped_.insert(stopped_.end(), change.edit.fix_vertices.begin(), change.edit.fix_vertices.end());
   std::ranges::sort(stopped_);
   const std::size_t count = stopped_.size();
   motions_.resize(static_cast<std::size_t>(state_.copy_count()) * count);
@@ -217,15 +222,24 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
   }
 }
 
-void StateFollower::set_inverse_masses(const Tissue& tissue, std::span<const Index> vertices) {
-  const std::span<const double> masses = tissue.masses();
-  for (const Index v : vertices) {
-    if (!(masses[v] > 0)) {
-      state_.set_inverse_mass(v, 0);
-    } else if (!tissue.is_fixed(v)) {
-      state_.set_inverse_mass(v, static_cast<float>(1 / masses[v]));
+// Of vertices that are there before and after an edit.
+void StateFollower::set_inverse_masses(const Tissue& tissue, const TissueChange& change) {
+  const auto set = [&](Index v) {
+    if (v < tissue.vertex_count()) {
+      const bool moves = tissue.masses()[v] > 0 && !tissue.is_fixed(v);
+      state_.set_inverse_mass(v, moves ? static_cast<float>(1 / tissue.masses()[v]) : 0.0F);
     }
-  }
+  };
+  std::ranges::for_each(change.weighed_vertices, set);
+  std::ranges::for_each(change.edit.fix_vertices, set);
+  std::ranges::for_each(change.edit.unfix_vertices, set);
+}
+
+// Those that stop or move again do so from where they are here, whatever came before and after it
+// in one step.
+void StateFollower::log_fixing(const TopologyEdit& edit) {
+  std::ranges::for_each(edit.fix_vertices, [&](Index v) { state_.log_moved(v); });
+  std::ranges::for_each(edit.unfix_vertices, [&](Index v) { state_.log_moved(v); });
 }
 
 // Those that an edit, or its undo, added, removed or gave other vertices.
@@ -275,6 +289,9 @@ void StateFollower::validate_undo(const Tissue&, const TissueChange& change) con
     std::rethrow_exception(lost_motion_);
   }
   collect_motion();
+  if (!change.edit.unfix_vertices.empty()) {
+    state_.fetch_motion(change.edit.unfix_vertices);
+  }
 }
 
 void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexcept {
@@ -304,16 +321,7 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
     std::erase_if(state_.changes.forces,
                   [&](const Changes::Force& force) { return is_gone(force.place); });
   }
-  for (const Index v : change.weighed_vertices) {
-    if (v < end) {
-      const bool moves = tissue.masses()[v] > 0 && !tissue.is_fixed(v);
-      const float w = moves ? static_cast<float>(1 / tissue.masses()[v]) : 0.0F;
-      for (Index i = 0; i < state_.copy_count(); ++i) {  // those that had stopped move on
-        state_.copy(i).particles[state_.place_of_vertex[v]].w = w;
-      }
-      state_.log_vertex(v);
-    }
-  }
+  set_inverse_masses(tissue, change);  // those that had stopped move on
   auto motion = motions_.begin();
   for (Index i = 0; i < state_.copy_count(); ++i) {
     for (const Index v : stopped_) {
@@ -321,6 +329,7 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
     }
   }
   std::ranges::for_each(stopped_, [&](Index v) { state_.log_moved(v); });
+  log_fixing(change.edit);
   const bool holds_again = !state_.releases.empty();
   for (; !state_.releases.empty(); state_.releases.pop_back()) {
     const SolverState::Release& release = state_.releases.back();

@@ -14,7 +14,7 @@
 namespace pbdsurg {
 
 /// New vertices move as what they are between, and are fixed if that is. A vertex that loses its
-/// last tetrahedron stops, and tools let go of it. In all copies.
+/// last tetrahedron stops, and tools let go of it; one that an edit fixes stops. In all copies.
 class StateFollower final : public Follower {
  public:
   explicit StateFollower(SolverState& state) : state_(state) {}
@@ -34,11 +34,12 @@ class StateFollower final : public Follower {
   void renumber(const Tissue&, const Renumbering&) noexcept override {}
 
  private:
-  void keep_motion(std::span<const Index> vertices);
+  void keep_motion(const TissueChange& change);
   void collect_motion() const;
   void add_vertex(const Tissue& tissue, const NewVertex& vertex);
   void add_bodies(const Scene& scene, Index first_vertex);
-  void set_inverse_masses(const Tissue& tissue, std::span<const Index> vertices);
+  void set_inverse_masses(const Tissue& tissue, const TissueChange& change);
+  void log_fixing(const TopologyEdit& edit);
   void log_tets(const TissueChange& change, std::size_t tet_count);
   void release_dead(const Tissue& tissue);
   bool release_from(Index vertex);
