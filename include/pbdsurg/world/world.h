@@ -237,6 +237,11 @@ class PBDSURG_API World {
 
   /// @}
 
+  /// As Solver::add_constraints(), at any time. A world that is made of a saved one has none: what a
+  /// program added it adds again, and saves itself. Where a callback throws, step() throws that: the
+  /// solver is as before the frame; heat, and what was asked of the frame, are done. Makes the solver.
+  void add_constraints(std::shared_ptr<CustomConstraints> set);
+
   /// @name Instruments
   /// These functions throw InvalidArgument as those of Solver and Cautery, and naming the id that
   /// there is not.

@@ -11,6 +11,7 @@
 
 #include "lib/base/describe.h"
 #include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/held_vertex.h"
 #include "lib/solver/methods/vertex_elements.h"
 #include "lib/solver/methods/vertex_kernel.h"
@@ -289,7 +290,7 @@ void find_residuals(const StepContext& step, const VertexState& state, Index blo
 }
 
 bool has_holds_to_settle(const StepContext& step) noexcept {
-  return !step.scratch.holds.empty() && has_stiff_links(step.data.plan);
+  return !step.scratch.holds.empty() && (has_stiff_links(step.data.plan) || has_custom(step));
 }
 
 void settle_holds(const StepContext& step, const VertexState& state) {

@@ -110,10 +110,10 @@ using LaneBits = std::uint32_t;
 inline constexpr float kFreely = 2;
 inline constexpr float kToLeastEnergy = 1;
 
-/// Ends of stiff links in a substep, [place] each; see LooseEnd.
+/// Ends of stiff links and vertices of custom constraints in a substep, [place] each; see LooseEnd.
 struct LinkEnds {
   Particle* ways;    ///< m, and whether it is known
-  Particle* gives;   ///< m/N: xx, yy, zz
+  Particle* gives;   ///< m/N: xx, yy, zz; in place of w, 1 once custom constraints have pushed it
   Particle* shears;  ///< m/N: xy, xz, yz
 
   bool operator==(const LinkEnds&) const = default;
