@@ -25,7 +25,7 @@ struct Recipe {
 };
 
 inline Recipe any_recipe() {
-  constexpr float kDrag = 10;  // 1/s
+  constexpr float kDrag = 30;  // 1/s
   return GENERATE_COPY(
       Recipe{"default", {.damping = kDrag}},
       Recipe{"default, BDF2", {.damping = kDrag, .integration = TimeIntegration::bdf2}},

@@ -132,6 +132,7 @@ class PBDSURG_API ConstraintSweep {
     const Eigen::Vector3f now = vector(moving_, quad);
     return index_ < 0 ? Eigen::Vector3f(now + vector(ahead_, quad)) : now;
   }
+  void move(Index vertex, const Eigen::Vector3f& force);
   [[noreturn]] void refuse(Index vertex) const;
   [[noreturn]] void refuse(Index vertex, const std::string& why) const;
   [[nodiscard]] bool is_lost(std::size_t quad) const noexcept;

@@ -102,6 +102,13 @@ bool ConstraintSweep::is_lost(std::size_t quad) const noexcept {
 }
 
 void ConstraintSweep::push(Index vertex, const Eigen::Vector3f& force) {
+  move(vertex, force);
+  if (has_blocks_) {
+    step_.scratch.pushed.anchor(places_[vertex]);
+  }
+}
+
+void ConstraintSweep::move(Index vertex, const Eigen::Vector3f& force) {
   const std::size_t v = quad(vertex);
   const Index place = places_[vertex];
   const Eigen::Vector3f way = yield(vertex, force);
@@ -159,9 +166,19 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
   }
   const float next = std::min(std::max(wanted, range.least), range.most);
   const float change = next - multiplier;
-  if (change != 0) {
-    for (const Corner& corner : corners) {
-      push(corner.vertex, change * corner.gradient);
+  if (change == 0) {
+    return next;
+  }
+  for (const Corner& corner : corners) {
+    move(corner.vertex, change * corner.gradient);
+  }
+  if (has_blocks_) {
+    PushedPieces& pushed = step_.scratch.pushed;
+    if (corners.size() == 1) {
+      pushed.anchor(places_[corners.front().vertex]);
+    }
+    for (const Corner& corner : corners.subspan(1)) {
+      pushed.join(places_[corners.front().vertex], places_[corner.vertex]);
     }
   }
   return next;
@@ -189,6 +206,9 @@ bool is_pushed(const StepContext& step, Index place) noexcept {
 void begin_custom(const StepContext& step, const Substep<float>& lengths) {
   for (const Index place : step.data.custom.places()) {
     step.scratch.flights[place].w = kToLeastEnergy;
+  }
+  if (has_custom(step)) {
+    step.scratch.pushed.begin();
   }
   for (Index set = 0; set < step.data.custom.count(); ++set) {
     project_custom(step, set, lengths, kForecast);

@@ -52,7 +52,7 @@ void StepScratch::fit(const SolverData& data) {
 
 void StepScratch::fit_ends(const SolverData& data) {
   const auto& links = data.sets.of<StiffLinkConstraint>();
-  if (links.group_count() == 0 && data.custom.places().empty()) {
+  if (links.group_count() == 0 && data.custom.empty()) {
     return;
   }
   const std::size_t places = data.particles.size(), room = data.particles.capacity();
@@ -78,6 +78,9 @@ void StepScratch::fit_ends(const SolverData& data) {
   }
   for (const Index place : data.custom.places()) {
     add(offset_of(place));
+  }
+  if (!data.custom.empty()) {
+    pushed.fit(data.free_pieces, places);
   }
 }
 
@@ -112,7 +115,7 @@ std::size_t StepScratch::memory_bytes() const noexcept {
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
                       bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
                       bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-                      coarse.memory_bytes() + bytes_of(springs) + bytes_of(volumes) +
+                      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(springs) + bytes_of(volumes) +
                       bytes_of(hinges) + bytes_of(strips);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {

@@ -13,6 +13,7 @@
 #include "pbdsurg/base/export.h"
 
 #include "lib/solver/methods/coarse_correction.h"
+#include "lib/solver/methods/pushed_pieces.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -76,6 +77,7 @@ struct PBDSURG_API StepScratch {
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
   std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
+  PushedPieces pushed;                                    ///< by custom constraints
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
