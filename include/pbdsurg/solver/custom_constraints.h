@@ -13,6 +13,7 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/tissue/follower.h"
 
@@ -133,6 +134,7 @@ class PBDSURG_API ConstraintSweep {
     return index_ < 0 ? Eigen::Vector3f(now + vector(ahead_, quad)) : now;
   }
   void move(Index vertex, const Eigen::Vector3f& force);
+  void guard(Index place, float stiffness, const Vec3<float>& along);
   [[noreturn]] void refuse(Index vertex) const;
   [[noreturn]] void refuse(Index vertex, const std::string& why) const;
   [[nodiscard]] bool is_lost(std::size_t quad) const noexcept;

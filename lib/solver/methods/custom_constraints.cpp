@@ -166,6 +166,11 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
   }
   const float next = std::min(std::max(wanted, range.least), range.most);
   const float change = next - multiplier;
+  if (has_blocks_ && next != 0) {
+    for (const Corner& corner : corners) {
+      guard(places_[corner.vertex], 1 / give, load(corner.gradient));
+    }
+  }
   if (change == 0) {
     return next;
   }
@@ -182,6 +187,27 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
     }
   }
   return next;
+}
+
+void ConstraintSweep::guard(Index place, float stiffness, const Vec3<float>& along) {
+  const VertexBlocks& blocks = step_.data.vertex_blocks;
+  const Index block = blocks.place_of(place).block;
+  if (block == kInvalidIndex) {
+    return;
+  }
+  GuardBlock& guard = step_.scratch.guards[block];
+  const LaneBits lanes = blocks.lanes_of(place);
+  const Vec3<float> s = stiffness * along;
+  for (Index lane = 0; lane < kBlockLanes; ++lane) {
+    if ((lanes >> lane & 1) != 0) {
+      guard.xx[lane] += s.x * along.x;
+      guard.yy[lane] += s.y * along.y;
+      guard.zz[lane] += s.z * along.z;
+      guard.xy[lane] += s.x * along.y;
+      guard.xz[lane] += s.x * along.z;
+      guard.yz[lane] += s.y * along.z;
+    }
+  }
 }
 
 void ConstraintSweep::refuse(Index vertex) const {
@@ -222,6 +248,9 @@ void project_custom(const StepContext& step, Index set_index, const Substep<floa
     return;
   }
   CustomConstraints& set = sets.set(set_index);
+  if (set_index == 0 && moves_vertices(step.data.options)) {
+    std::ranges::fill(step.scratch.guards, GuardBlock{});
+  }
   const int first = moves_vertices(step.data.options) ? kForecast : 0;
   try {
     ConstraintSweep view(step, set, lengths, sweep);

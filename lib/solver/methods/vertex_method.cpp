@@ -198,7 +198,8 @@ VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
   return {step.copy.particles.data(),  scratch.displacements.data(),
           scratch.fixed_points.data(), scratch.flights.data(),
           scratch.held.data(),         step.data.vertex_blocks.unit(),
-          substep.inverse_dt_squared,  relaxation};
+          substep.inverse_dt_squared,  relaxation,
+          has_custom(step) ? scratch.guards.data() : nullptr};
 }
 
 void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
@@ -219,6 +220,11 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
     const Particle& flight = state.flights[v];
     VertexEnergy<float> start;
     start.add_pull(state.inverse_dt_squared / p.w, load(flight) - u);
+    if (state.guards != nullptr) {
+      const GuardBlock& guard = state.guards[block_index];
+      start.xx = guard.xx[lane], start.yy = guard.yy[lane], start.zz = guard.zz[lane];
+      start.xy = guard.xy[lane], start.xz = guard.xz[lane], start.yz = guard.yz[lane];
+    }
     const float relaxation = state.relaxation < flight.w ? state.relaxation : flight.w;
     const auto solve = [&](const VertexEnergy<float>& energy) {
       return first_holds[v] == kInvalidIndex

@@ -119,6 +119,13 @@ struct LinkEnds {
   bool operator==(const LinkEnds&) const = default;
 };
 
+/// How stiffly custom constraints keep vertices of a block from going off by themselves between two
+/// projections: a Hessian each, positive semidefinite, about where a vertex is.
+struct alignas(64) GuardBlock {
+  float xx[kBlockLanes]{}, yy[kBlockLanes]{}, zz[kBlockLanes]{};  ///< N/m
+  float xy[kBlockLanes]{}, xz[kBlockLanes]{}, yz[kBlockLanes]{};  ///< N/m
+};
+
 /// What moving vertices reads and writes beside their rows.
 struct VertexState {
   const Particle* bases;     ///< m, where vertices were at the start of the substep
@@ -131,6 +138,7 @@ struct VertexState {
   float unit;                ///< m, of fixed points
   float inverse_dt_squared;  ///< 1/s^2
   float relaxation;          ///< how far to go, as a share of the way to the least energy
+  const GuardBlock* guards = nullptr;  ///< [block_count] null: none
 };
 
 }  // namespace pbdsurg

@@ -81,6 +81,7 @@ void StepScratch::fit_ends(const SolverData& data) {
   }
   if (!data.custom.empty()) {
     pushed.fit(data.free_pieces, places);
+    guards.resize(linked.size());
   }
 }
 
@@ -115,7 +116,7 @@ std::size_t StepScratch::memory_bytes() const noexcept {
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
                       bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
                       bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-                      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(springs) + bytes_of(volumes) +
+                      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) + bytes_of(springs) + bytes_of(volumes) +
                       bytes_of(hinges) + bytes_of(strips);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {

@@ -78,6 +78,7 @@ struct PBDSURG_API StepScratch {
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
   std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
   PushedPieces pushed;                                    ///< by custom constraints
+  std::vector<GuardBlock> guards;                         ///< [block] likewise
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
