@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hangs a lobe of liver on a suture that gives, joins a second lobe to it by another, cuts the first
-// suture's hold away, and takes that back.
+// Hangs a lobe of liver on a suture that gives, joins a second lobe to it by another, cuts the
+// first suture's hold away, and takes that back.
 #include <cstdio>
 #include <exception>
 #include <memory>

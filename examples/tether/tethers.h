@@ -17,10 +17,10 @@
 /// From a vertex to another, or to a point.
 struct Tether {
   pbdsurg::Index vertex;
-  pbdsurg::Index other = pbdsurg::kInvalidIndex;             ///< or none, and
-  Eigen::Vector3f point = Eigen::Vector3f::Zero();           ///< m, in its place
-  float length = 0;                                          ///< m, up to which it is slack
-  float compliance = 0;                                      ///< m/N, of what is beyond; 0: rigid
+  pbdsurg::Index other = pbdsurg::kInvalidIndex;    ///< or none, and
+  Eigen::Vector3f point = Eigen::Vector3f::Zero();  ///< m, in its place
+  float length = 0;                                 ///< m, up to which it is slack
+  float compliance = 0;                             ///< m/N, of what is beyond; 0: rigid
 };
 
 class Tethers final : public pbdsurg::CustomConstraints {
@@ -52,7 +52,8 @@ class Tethers final : public pbdsurg::CustomConstraints {
     }
   }
 
-  // Whether a vertex has tissue is asked in each sweep, so edits and their undo change nothing here.
+  // Whether a vertex has tissue is asked in each sweep, so edits and their undo change nothing
+  // here.
   void follow(const pbdsurg::Tissue&, const pbdsurg::TissueChange&) noexcept override {}
   void undo(const pbdsurg::Tissue&, const pbdsurg::TissueChange&) noexcept override {}
   void renumber(const pbdsurg::Tissue&, const pbdsurg::Renumbering& ids) noexcept override {

@@ -106,9 +106,9 @@ inline std::shared_ptr<Tethers> add_tethers(Solver& solver, std::vector<Tether> 
 }
 
 struct Momenta {
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero(),   // kg m/s
-      angular = Eigen::Vector3d::Zero();              // kg m^2/s, around the origin
-  double size = 0, angular_size = 0;                  // sums of magnitudes
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero(),  // kg m/s
+      angular = Eigen::Vector3d::Zero();             // kg m^2/s, around the origin
+  double size = 0, angular_size = 0;                 // sums of magnitudes
 };
 
 inline Momenta momenta(const Scene& scene, const Solver& solver) {

@@ -99,12 +99,12 @@ TEST_CASE("custom constraints: what a tether joins keeps its momentum", "[proper
   const Index a = testing::highest(scene, 0), b = testing::lowest(scene, 1);
   const auto length =
       static_cast<float>((scene.positions()[a] - scene.positions()[b]).norm() + 1e-3);
-  const auto tethers = add_tethers(
-      solver, {{.vertex = a, .other = b, .length = length, .compliance = compliance}});
+  const auto tethers =
+      add_tethers(solver, {{.vertex = a, .other = b, .length = length, .compliance = compliance}});
   std::vector<Eigen::Vector3f> velocities;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    velocities.emplace_back(
-        v < scene.body(1).first_vertex ? Eigen::Vector3f(0, -0.2F, 0) : Eigen::Vector3f(0.05F, 0.3F, 0));
+    velocities.emplace_back(v < scene.body(1).first_vertex ? Eigen::Vector3f(0, -0.2F, 0)
+                                                           : Eigen::Vector3f(0.05F, 0.3F, 0));
   }
   solver.write_velocities(velocities);
   const testing::Momenta before = testing::momenta(scene, solver);
@@ -115,12 +115,13 @@ TEST_CASE("custom constraints: what a tether joins keeps its momentum", "[proper
   }
   const testing::Momenta after = testing::momenta(scene, solver);
   CHECK(tension > 0);
-  CHECK((after.linear - before.linear).norm() < 2e-5 * before.size);
-  if (recipe.options.method != SolverMethod::projection) {
-    CHECK((after.angular - before.angular).norm() < 1e-3 * before.angular_size);
-  }
-  const double speed_apart = (testing::mean_velocity(solver, scene, 1) -
-                              testing::mean_velocity(solver, scene, 0)).y();
+  // positions of fraction mode round
+  const bool rounds = recipe.options.mode == ProjectionMode::fraction;
+  CHECK((after.linear - before.linear).norm() < (rounds ? 1e-3 : 2e-5) * before.size);
+  // a tether turns within a substep
+  CHECK((after.angular - before.angular).norm() < 0.03 * before.angular_size);
+  const double speed_apart =
+      (testing::mean_velocity(solver, scene, 1) - testing::mean_velocity(solver, scene, 0)).y();
   CHECK(speed_apart < 0.35);  // 0.5 m/s at first
 }
 
@@ -175,28 +176,43 @@ TEST_CASE("custom constraints: tissue that tethers pull rests where a static sol
   CHECK(largest_error < 0.02 * largest_way);
 }
 
-// Would catch steps that go too far where neighbours yield together.
-TEST_CASE("custom constraints: a face that is drawn to one point does not burst", "[property]") {
+// Would catch forces that lag behind where neighbours yield together: such tissue burst.
+TEST_CASE("custom constraints: a face that is drawn together comes to rest", "[property][long]") {
   const Recipe recipe = any_recipe();
-  INFO(recipe.name);
+  const float compliance = GENERATE(0.1F, 0.01F, 0.0F);
+  INFO(recipe.name << ", " << compliance << " m/N");
   Scene scene = make_cubes(recipe, false);
   scene.set_gravity(Eigen::Vector3f::Zero());
   std::vector<Tether> wanted;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].y() > 1.5 * kSoftEdge) {
-      wanted.push_back({.vertex = v, .point = {4e-3F, 0.012F, 4e-3F}});
+    const Eigen::Vector3f x = scene.positions()[v].cast<float>();
+    if (x.y() > 1.5F * static_cast<float>(kSoftEdge)) {
+      const Eigen::Vector3f point(4e-3F, 0.014F, 4e-3F);
+      wanted.push_back(
+          {.vertex = v, .point = point, .length = (x - point).norm(), .compliance = compliance});
     }
   }
   REQUIRE(wanted.size() == 9);
   Solver solver(scene, recipe.options);
-  const auto tethers = add_tethers(solver, wanted);
-  const StepReport report = run(solver, 200, 5e-3F);
-  CHECK(report.non_finite_vertices == 0);
-  for (const Tether& tether : wanted) {
-    CHECK(extension(solver, tether) < 1e-3);
+  constexpr int kSteps = 200;
+  std::shared_ptr<Tethers> tethers;
+  for (int step = 0; step < kSteps; ++step) {
+    for (Tether& tether : wanted) {
+      tether.length += (3e-3F - tether.length) / static_cast<float>(kSteps - step);
+    }
+    if (tethers != nullptr) {
+      solver.remove_constraints(*tethers);
+    }
+    tethers = add_tethers(solver, wanted);
+    REQUIRE(run(solver, 1).non_finite_vertices == 0);
+  }
+  run(solver, 200, 5e-3F);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    CHECK(extension(solver, wanted[i]) ==
+          Approx(double{tethers->tension(i) * compliance}).epsilon(0.02).margin(1e-4));
   }
   for (const Eigen::Vector3f& velocity : solver.velocities()) {
-    CHECK(velocity.norm() < 0.05F);
+    CHECK(velocity.norm() < 0.01F);
   }
 }
 
@@ -280,8 +296,7 @@ TEST_CASE("custom constraints: a tool feels the tether of what it holds", "[vali
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index v = testing::highest(scene, 0);
   solver.grasp(tool, std::array<Index, 1>{v});
-  const Eigen::Vector3f point =
-      scene.positions()[v].cast<float>() + Eigen::Vector3f(0.01F, 0, 0);
+  const Eigen::Vector3f point = scene.positions()[v].cast<float>() + Eigen::Vector3f(0.01F, 0, 0);
   const auto tethers = add_tethers(
       solver, {{.vertex = v, .point = point, .length = 5e-3F, .compliance = 0.5F}});  // 10 mN
   run(solver, 400, 5e-3F);

@@ -13,7 +13,6 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
-#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/tissue/follower.h"
 
@@ -30,7 +29,8 @@ class Tissue;
 /// position loses digits, and the sweeps to come know the force.
 ///
 /// Vertices are those of the scene.
-/// @throws InvalidArgument  from all that take a vertex, naming the set and the vertex that there is
+/// @throws InvalidArgument  from all that take a vertex, naming the set and the vertex that there
+/// is
 ///                          not
 class PBDSURG_API ConstraintSweep {
  public:
@@ -52,8 +52,8 @@ class PBDSURG_API ConstraintSweep {
 
   /// Of the scene, that this is about: see SolverOptions::copies.
   [[nodiscard]] Index copy() const noexcept;
-  /// 0 for the first sweep of a substep; -1 for the call of the vertex-block method before it, whose
-  /// places are where vertices would go without the set.
+  /// 0 for the first sweep of a substep; -1 for the call of the vertex-block method before it,
+  /// whose places are where vertices would go without the set.
   [[nodiscard]] int index() const noexcept { return index_; }
   /// s, of the substep
   [[nodiscard]] float dt() const noexcept;
@@ -97,8 +97,9 @@ class PBDSURG_API ConstraintSweep {
   void push(Index vertex, const Eigen::Vector3f& force);
 
   /// One projection of a constraint with a compliance, after Macklin et al. 2016, "XPBD": changes
-  /// its multiplier so that value + compliance * multiplier = 0 as far as vertices yield, and pushes
-  /// these. Nothing happens where no corner yields, or one is lost so that no number is finite.
+  /// its multiplier so that value + compliance * multiplier = 0 as far as vertices yield, and
+  /// pushes these. Nothing happens where no corner yields, or one is lost so that no number is
+  /// finite.
   ///
   /// With vertex blocks 0.7 of the way in the sweeps, since neighbours yield together, and further
   /// than each alone.
@@ -107,7 +108,8 @@ class PBDSURG_API ConstraintSweep {
   /// @param compliance  >= 0, m/N in that case; 0: rigid
   /// @param multiplier  N in that case: of this constraint in this substep so far, at first 0
   /// @return            the multiplier from now on
-  /// @throws InvalidArgument  naming the set, a vertex and the number that is not finite or negative
+  /// @throws InvalidArgument  naming the set, a vertex and the number that is not finite or
+  /// negative
   [[nodiscard]] float satisfy(std::span<const Corner> corners, float value, float compliance,
                               float multiplier, Range range);
   /// Without bounds.
@@ -134,7 +136,7 @@ class PBDSURG_API ConstraintSweep {
     return index_ < 0 ? Eigen::Vector3f(now + vector(ahead_, quad)) : now;
   }
   void move(Index vertex, const Eigen::Vector3f& force);
-  void guard(Index place, float stiffness, const Vec3<float>& along);
+  void guard(Index place, float stiffness);
   [[noreturn]] void refuse(Index vertex) const;
   [[noreturn]] void refuse(Index vertex, const std::string& why) const;
   [[nodiscard]] bool is_lost(std::size_t quad) const noexcept;
@@ -148,8 +150,8 @@ class PBDSURG_API ConstraintSweep {
   const Index* places_;  // [vertex_count]
   float* moving_;        // [place][4] m and 1/kg: displacements, in fraction mode positions
   const float* bases_;   // [place][4] m, from where displacements count; null in fraction mode
-  const float* ahead_;   // [place][4] m, of the vertex-block method: from there to where vertices go
-  float square_of_dt_;   // s^2
+  const float* ahead_;  // [place][4] m, of the vertex-block method: from there to where vertices go
+  float square_of_dt_;  // s^2
 };
 
 /// A set of constraints of a program's own: tethers, sutures, springs to an instrument, limits. A
@@ -169,7 +171,8 @@ class PBDSURG_API ConstraintSweep {
 /// set whose pushes depend on nothing but what it is told has the same results on any number of
 /// threads.
 ///
-/// What a callback throws comes out of Solver::step(), which has then changed nothing of the solver.
+/// What a callback throws comes out of Solver::step(), which has then changed nothing of the
+/// solver.
 class PBDSURG_API CustomConstraints : public Follower {
  public:
   /// For messages: "tethers".

@@ -95,7 +95,8 @@ class PBDSURG_API Solver {
   /// Heat, edits, rendering and readback are outside it. All copies advance.
   /// @param dt  s, positive and finite, and not so small that 1e12 / substep^2 overflows
   /// @throws InvalidArgument  for any other dt, or if a step was begun; never for physics
-  /// @throws what a callback of CustomConstraints throws; then all is as before the step, to the bit
+  /// @throws what a callback of CustomConstraints throws; then all is as before the step, to the
+  /// bit
   /// @throws Error            if a device fails, as may all that steps, reads, writes or edits on
   /// one
   StepReport step(float dt);
@@ -252,9 +253,10 @@ class PBDSURG_API Solver {
 
   /// Adds a set, which steps project from now on: see CustomConstraints. It follows the tissue from
   /// here on, so an edit from before cannot be undone; it is kept until remove_constraints() or the
-  /// end of the solver, and goes along with a Compaction. Snapshots and saved worlds have nothing of
-  /// it.
-  /// @throws InvalidArgument     if the pointer is null, the set was added before or follows a tissue
+  /// end of the solver, and goes along with a Compaction. Snapshots and saved worlds have nothing
+  /// of it.
+  /// @throws InvalidArgument     if the pointer is null, the set was added before or follows a
+  /// tissue
   ///                             otherwise, naming it, or the solver takes explicit steps
   /// @throws BackendUnavailable  if the solver is on a device
   void add_constraints(std::shared_ptr<CustomConstraints> set);

@@ -552,10 +552,7 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
     energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
                     flight.x - own.x);
     if (state.guards != nullptr) {
-      const GuardBlock& guard = state.guards[block_index];
-      energy.xx = load_lanes(guard.xx + lane), energy.yy = load_lanes(guard.yy + lane);
-      energy.zz = load_lanes(guard.zz + lane), energy.xy = load_lanes(guard.xy + lane);
-      energy.xz = load_lanes(guard.xz + lane), energy.yz = load_lanes(guard.yz + lane);
+      energy.isotropic = energy.isotropic + load_lanes(state.guards[block_index].stiffness + lane);
     }
     const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
     if constexpr (kFast) {

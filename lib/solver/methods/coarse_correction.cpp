@@ -262,7 +262,8 @@ std::size_t CoarseScratch::memory_bytes() const noexcept {
          (loads.capacity() + sums_of_all.capacity() + amplitudes.capacity() + gives.capacity() +
           numbers.capacity() + hold_modes.capacity()) *
              sizeof(float) +
-         left_out.capacity() * sizeof(LaneBits) + held.capacity() * sizeof(Index) + turns.capacity() * sizeof(Turn);
+         left_out.capacity() * sizeof(LaneBits) + held.capacity() * sizeof(Index) +
+         turns.capacity() * sizeof(Turn);
 }
 
 bool has_correction(const SolverData& data, int sweeps) noexcept {

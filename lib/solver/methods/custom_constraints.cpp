@@ -156,11 +156,10 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
       }
     }
     if (!corners.empty()) {
-      refuse(corners.front().vertex,
-             "has a constraint of value " + describe(value) + ", compliance " +
-                 describe(compliance) + ", multiplier " + describe(multiplier) +
-                 " and yield " + describe(give) +
-                 "; all must be finite, and the compliance not negative");
+      refuse(corners.front().vertex, "has a constraint of value " + describe(value) +
+                                         ", compliance " + describe(compliance) + ", multiplier " +
+                                         describe(multiplier) + " and yield " + describe(give) +
+                                         "; all must be finite, and the compliance not negative");
     }
     return multiplier;
   }
@@ -168,7 +167,7 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
   const float change = next - multiplier;
   if (has_blocks_ && next != 0) {
     for (const Corner& corner : corners) {
-      guard(places_[corner.vertex], 1 / give, load(corner.gradient));
+      guard(places_[corner.vertex], corner.gradient.squaredNorm() / give);
     }
   }
   if (change == 0) {
@@ -189,23 +188,16 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
   return next;
 }
 
-void ConstraintSweep::guard(Index place, float stiffness, const Vec3<float>& along) {
+void ConstraintSweep::guard(Index place, float stiffness) {
   const VertexBlocks& blocks = step_.data.vertex_blocks;
   const Index block = blocks.place_of(place).block;
   if (block == kInvalidIndex) {
     return;
   }
-  GuardBlock& guard = step_.scratch.guards[block];
   const LaneBits lanes = blocks.lanes_of(place);
-  const Vec3<float> s = stiffness * along;
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
     if ((lanes >> lane & 1) != 0) {
-      guard.xx[lane] += s.x * along.x;
-      guard.yy[lane] += s.y * along.y;
-      guard.zz[lane] += s.z * along.z;
-      guard.xy[lane] += s.x * along.y;
-      guard.xz[lane] += s.x * along.z;
-      guard.yz[lane] += s.y * along.z;
+      step_.scratch.guards[block].stiffness[lane] += stiffness;
     }
   }
 }

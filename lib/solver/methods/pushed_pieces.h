@@ -2,10 +2,10 @@
 #pragma once
 
 /// @file
-/// What custom constraints do to the momentum of free pieces in a substep of the vertex-block method:
-/// see momentum.h. Pieces that only push each other keep theirs together. What is pushed from outside
-/// has no momentum to keep: with few sweeps, a stiff push would swing it the further the lighter it
-/// is.
+/// What custom constraints do to the momentum of free pieces in a substep of the vertex-block
+/// method: see momentum.h. Pieces that only push each other keep theirs together. What is pushed
+/// from outside has no momentum to keep: with few sweeps, a stiff push would swing it the further
+/// the lighter it is.
 
 #include <cstddef>
 #include <cstdint>
@@ -45,8 +45,8 @@ class PushedPieces {
     return piece_of_[place] == kInvalidIndex ? kInvalidIndex : groups_[piece_of_[place]];
   }
 
-  std::vector<Index> piece_of_;           // [place] or kInvalidIndex
-  std::vector<Index> groups_;             // [piece] the first of its group
+  std::vector<Index> piece_of_;            // [place] or kInvalidIndex
+  std::vector<Index> groups_;              // [piece] the first of its group
   std::vector<std::uint8_t> is_anchored_;  // [piece] of the first ones
 };
 

@@ -195,10 +195,14 @@ float relaxation_of(float over_relaxation, int sweep, int sweep_count) noexcept 
 VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                          float relaxation) noexcept {
   StepScratch& scratch = step.scratch;
-  return {step.copy.particles.data(),  scratch.displacements.data(),
-          scratch.fixed_points.data(), scratch.flights.data(),
-          scratch.held.data(),         step.data.vertex_blocks.unit(),
-          substep.inverse_dt_squared,  relaxation,
+  return {step.copy.particles.data(),
+          scratch.displacements.data(),
+          scratch.fixed_points.data(),
+          scratch.flights.data(),
+          scratch.held.data(),
+          step.data.vertex_blocks.unit(),
+          substep.inverse_dt_squared,
+          relaxation,
           has_custom(step) ? scratch.guards.data() : nullptr};
 }
 
@@ -221,9 +225,7 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
     VertexEnergy<float> start;
     start.add_pull(state.inverse_dt_squared / p.w, load(flight) - u);
     if (state.guards != nullptr) {
-      const GuardBlock& guard = state.guards[block_index];
-      start.xx = guard.xx[lane], start.yy = guard.yy[lane], start.zz = guard.zz[lane];
-      start.xy = guard.xy[lane], start.xz = guard.xz[lane], start.yz = guard.yz[lane];
+      start.isotropic = start.isotropic + state.guards[block_index].stiffness[lane];
     }
     const float relaxation = state.relaxation < flight.w ? state.relaxation : flight.w;
     const auto solve = [&](const VertexEnergy<float>& energy) {

@@ -119,11 +119,10 @@ struct LinkEnds {
   bool operator==(const LinkEnds&) const = default;
 };
 
-/// How stiffly custom constraints keep vertices of a block from going off by themselves between two
-/// projections: a Hessian each, positive semidefinite, about where a vertex is.
+/// How stiffly custom constraints keep the vertices of a block where they are while the forces of
+/// these lag behind: from projection to projection.
 struct alignas(64) GuardBlock {
-  float xx[kBlockLanes]{}, yy[kBlockLanes]{}, zz[kBlockLanes]{};  ///< N/m
-  float xy[kBlockLanes]{}, xz[kBlockLanes]{}, yz[kBlockLanes]{};  ///< N/m
+  float stiffness[kBlockLanes]{};  ///< N/m
 };
 
 /// What moving vertices reads and writes beside their rows.
@@ -134,10 +133,10 @@ struct VertexState {
   /// m, the displacement of a vertex without its rows; stiff links push it. In place of w, the most
   /// relaxation: see kFreely.
   Particle* flights;
-  const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
-  float unit;                ///< m, of fixed points
-  float inverse_dt_squared;  ///< 1/s^2
-  float relaxation;          ///< how far to go, as a share of the way to the least energy
+  const LaneBits* left_out;            ///< [block_count] lanes that kernels must leave to others
+  float unit;                          ///< m, of fixed points
+  float inverse_dt_squared;            ///< 1/s^2
+  float relaxation;                    ///< how far to go, as a share of the way to the least energy
   const GuardBlock* guards = nullptr;  ///< [block_count] null: none
 };
 

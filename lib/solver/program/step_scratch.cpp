@@ -116,8 +116,8 @@ std::size_t StepScratch::memory_bytes() const noexcept {
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
                       bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
                       bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-                      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) + bytes_of(springs) + bytes_of(volumes) +
-                      bytes_of(hinges) + bytes_of(strips);
+                      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) +
+                      bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

@@ -89,8 +89,8 @@ struct PBDSURG_API StepScratch {
   std::vector<StripRow> strips;
 
   /// Makes room for a step of any copy, before it begins, and finds the ends of stiff links and the
-  /// vertices of custom constraints. Cost: O(groups), and O(blocks) with such vertices, where no edit
-  /// came between.
+  /// vertices of custom constraints. Cost: O(groups), and O(blocks) with such vertices, where no
+  /// edit came between.
   void fit(const SolverData& data);
 
   /// As fit(), for a worker beside the one that changes the rows of VertexBlocks. Cost: O(rows), if

@@ -204,9 +204,10 @@ void SolverData::reserve_spare_room() {
 std::size_t SolverData::memory_bytes() const noexcept {
   return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
          coarse_space.memory_bytes() + free_pieces.memory_bytes() + stable_substep.memory_bytes() +
-         custom.memory_bytes() + step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
-         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
-         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+         custom.memory_bytes() + step_scratch.memory_bytes() +
+         plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
+         followers_->vertices.memory_bytes() + backend->memory_bytes() +
+         (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
 }
 
 }  // namespace pbdsurg

@@ -222,8 +222,8 @@ std::size_t bytes_of(const Arrays&... arrays) noexcept {
 }  // namespace
 
 std::size_t CopyState::memory_bytes() const noexcept {
-  std::size_t bytes = bytes_of(particles, velocities, carries, ways, velocities_before, forces,
-                               watched_positions);
+  std::size_t bytes =
+      bytes_of(particles, velocities, carries, ways, velocities_before, forces, watched_positions);
   for (const ToolState& tool : tools) {
     bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
   }
