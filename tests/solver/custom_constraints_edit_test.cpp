@@ -27,6 +27,8 @@ using testing::make_cubes;
 using testing::Recipe;
 using testing::run;
 
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
 // Does in each sweep what a test wants.
 struct Scripted final : CustomConstraints {
   explicit Scripted(std::function<void(ConstraintSweep&)> wanted, std::vector<Index> named = {0, 1})
@@ -206,7 +208,6 @@ TEST_CASE("custom constraints: what a callback throws leaves all as before the s
 TEST_CASE("custom constraints: bad pushes are refused by set, vertex and number", "[unit]") {
   const Recipe recipe = any_recipe();
   INFO(recipe.name);
-  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   Solver solver(make_cubes(recipe, false), recipe.options);
   const auto set = std::make_shared<Scripted>([](ConstraintSweep&) {});
   solver.add_constraints(set);
