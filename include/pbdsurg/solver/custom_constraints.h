@@ -25,13 +25,13 @@ class Tissue;
 /// The vertices of one copy within a sweep, as a set of custom constraints sees and pushes them.
 ///
 /// A set writes no position: it pushes vertices by forces, and a vertex goes where the method says
-/// that such a force takes it. So pushes that sum to zero keep momentum in every method, no
-/// position loses digits, and the sweeps to come know the force.
+/// that such a force takes it. So no position loses digits, the sweeps to come know the force, and
+/// pushes that sum to zero keep linear momentum: of projections; with vertex blocks that of free
+/// pieces that satisfy() joins.
 ///
 /// Vertices are those of the scene.
-/// @throws InvalidArgument  from all that take a vertex, naming the set and the vertex that there
-/// is
-///                          not
+///
+/// @throws InvalidArgument  from all that take a vertex, naming the set and a vertex out of range
 class PBDSURG_API ConstraintSweep {
  public:
   /// A vertex of a constraint, and how the constraint's value changes with its place.

@@ -140,6 +140,9 @@ void ConstraintSweep::move(Index vertex, const Eigen::Vector3f& force) {
 
 float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, float compliance,
                                float multiplier, Range range) {
+  if (corners.empty()) {
+    return multiplier;
+  }
   float give = compliance;
   for (const Corner& corner : corners) {
     give += corner.gradient.dot(yield(corner.vertex, corner.gradient));
@@ -155,13 +158,10 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
         return multiplier;
       }
     }
-    if (!corners.empty()) {
-      refuse(corners.front().vertex, "has a constraint of value " + describe(value) +
-                                         ", compliance " + describe(compliance) + ", multiplier " +
-                                         describe(multiplier) + " and yield " + describe(give) +
-                                         "; all must be finite, and the compliance not negative");
-    }
-    return multiplier;
+    refuse(corners.front().vertex, "has a constraint of value " + describe(value) +
+                                       ", compliance " + describe(compliance) + ", multiplier " +
+                                       describe(multiplier) + " and yield " + describe(give) +
+                                       "; all must be finite, and the compliance not negative");
   }
   const float next = std::min(std::max(wanted, range.least), range.most);
   const float change = next - multiplier;
