@@ -29,7 +29,7 @@ class Tethers final : public pbdsurg::CustomConstraints {
 
   /// N, in the last substep
   [[nodiscard]] float tension(std::size_t tether, pbdsurg::Index copy = 0) const {
-    return -multipliers_.at(static_cast<std::size_t>(copy)).at(tether);
+    return 0 - multipliers_.at(static_cast<std::size_t>(copy)).at(tether);
   }
   [[nodiscard]] const std::vector<Tether>& all() const { return tethers_; }
 

@@ -150,8 +150,8 @@ class PBDSURG_API ConstraintSweep {
   const Index* places_;  // [vertex_count]
   float* moving_;        // [place][4] m and 1/kg: displacements, in fraction mode positions
   const float* bases_;   // [place][4] m, from where displacements count; null in fraction mode
-  const float* ahead_;  // [place][4] m, of the vertex-block method: from there to where vertices go
-  float square_of_dt_;  // s^2
+  // [place][4] m, of the vertex-block method: from there to where vertices go by themselves
+  const float* ahead_;
 };
 
 /// A set of constraints of a program's own: tethers, sutures, springs to an instrument, limits. A

@@ -2,6 +2,7 @@
 #include "lib/solver/methods/custom_constraints.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <exception>
 #include <string>
@@ -34,9 +35,63 @@ Eigen::Vector3f vector_of(const Vec3<float>& v) {
   return {v.x, v.y, v.z};
 }
 
+// How pushes move vertices: here, where calls of one corner cost no call of a library.
+struct Pusher {
+  StepScratch& scratch;
+  float* moving;  // [place][4]
+  bool has_blocks, is_forecast;
+  float square_of_dt, inverse_dt_squared;
+
+  [[nodiscard]] Vec3<float> yield(Index place, const Vec3<float>& force) const {
+    return has_blocks ? load_end(scratch.link_ends(), offset_of(place)).give * force
+                      : (square_of_dt * moving[4 * static_cast<std::size_t>(place) + 3]) * force;
+  }
+
+  // @param way  yield() of the force
+  // @return     whether that leads somewhere
+  [[nodiscard]] bool move(Index place, const Vec3<float>& force, const Vec3<float>& way) const {
+    float* const own = is_forecast ? floats_of(&scratch.end_ways[place])
+                                   : moving + 4 * static_cast<std::size_t>(place);
+    const Vec3<float> before{own[0], own[1], own[2]};
+    const Vec3<float> after = before + way;
+    if (!(dot(after, after) < kInfinity) || !(dot(force, force) < kInfinity)) {
+      return false;
+    }
+    own[0] = after.x;
+    own[1] = after.y;
+    own[2] = after.z;
+    if (has_blocks) {
+      make_load(place, force, before, after);
+    }
+    return true;
+  }
+
+  void make_load(Index place, const Vec3<float>& force, const Vec3<float>& before,
+                 const Vec3<float>& after) const {
+    push_flight(scratch.flights[place], force, moving[4 * static_cast<std::size_t>(place) + 3],
+                inverse_dt_squared);
+    if (dot(force, force) > 0) {
+      scratch.end_gives[place].w = 1;
+    }
+    if (!is_forecast) {
+      FixedPoint& point = scratch.fixed_points[place];
+      point = moved_point(point, before, after);
+    }
+  }
+};
+
 const Particle* starts_of(const StepContext& step) noexcept {
   return has_displacements(step.data.options) ? step.copy.particles.data()
                                               : step.scratch.previous.data();
+}
+
+Pusher pusher_of(const StepContext& step, const Substep<float>& lengths, int index) noexcept {
+  return {step.scratch,
+          floats_of(moving_vertices(step).moving),
+          moves_vertices(step.data.options),
+          index == kForecast,
+          1 / lengths.inverse_dt_squared,
+          lengths.inverse_dt_squared};
 }
 
 }  // namespace
@@ -53,8 +108,7 @@ ConstraintSweep::ConstraintSweep(const StepContext& step, const CustomConstraint
       moving_(floats_of(moving_vertices(step).moving)),
       bases_(has_displacements(step.data.options) ? floats_of(step.copy.particles.data())
                                                   : nullptr),
-      ahead_(has_blocks_ ? floats_of(step.scratch.end_ways.data()) : nullptr),
-      square_of_dt_(1 / lengths.inverse_dt_squared) {}
+      ahead_(has_blocks_ ? floats_of(step.scratch.end_ways.data()) : nullptr) {}
 
 Index ConstraintSweep::copy() const noexcept {
   return step_.index;
@@ -83,15 +137,11 @@ bool ConstraintSweep::has_tissue(Index vertex) const {
 }
 
 Eigen::Vector3f ConstraintSweep::yield(Index vertex, const Eigen::Vector3f& force) const {
-  const std::size_t v = quad(vertex);
-  if (!step_.data.custom.is_named(places_[vertex])) {
+  const auto place = static_cast<Index>(quad(vertex) / 4);
+  if (!step_.data.custom.is_named(place)) {
     refuse(vertex, "is not among its vertices()");
   }
-  if (!has_blocks_) {
-    return (square_of_dt_ * moving_[v + 3]) * force;
-  }
-  const auto end = load_end(step_.scratch.link_ends(), offset_of(places_[vertex]));
-  return vector_of(end.give * load(force));
+  return vector_of(pusher_of(step_, lengths_, index_).yield(place, load(force)));
 }
 
 bool ConstraintSweep::is_lost(std::size_t quad) const noexcept {
@@ -109,32 +159,11 @@ void ConstraintSweep::push(Index vertex, const Eigen::Vector3f& force) {
 }
 
 void ConstraintSweep::move(Index vertex, const Eigen::Vector3f& force) {
-  const std::size_t v = quad(vertex);
-  const Index place = places_[vertex];
   const Eigen::Vector3f way = yield(vertex, force);
-  StepScratch& scratch = step_.scratch;
-  float* const own = index_ == kForecast ? floats_of(&scratch.end_ways[place]) : moving_ + v;
-  const Vec3<float> before{own[0], own[1], own[2]};
-  const Vec3<float> after = before + load(way);
-  if (!(dot(after, after) < kInfinity) || !force.allFinite()) {
-    if (is_lost(v)) {
-      return;
-    }
+  const std::size_t v = quad(vertex);
+  const auto place = static_cast<Index>(v / 4);
+  if (!pusher_of(step_, lengths_, index_).move(place, load(force), load(way)) && !is_lost(v)) {
     refuse(vertex, "would go nowhere under a force of " + describe(force.cast<double>()) + " N");
-  }
-  own[0] = after.x;
-  own[1] = after.y;
-  own[2] = after.z;
-  if (!has_blocks_) {
-    return;
-  }
-  push_flight(scratch.flights[place], load(force), moving_[v + 3], lengths_.inverse_dt_squared);
-  if (!force.isZero(0)) {
-    scratch.end_gives[place].w = 1;
-  }
-  if (index_ != kForecast) {
-    FixedPoint& point = scratch.fixed_points[place];
-    point = moved_point(point, before, after);
   }
 }
 
@@ -143,9 +172,15 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
   if (corners.empty()) {
     return multiplier;
   }
+  const Pusher pusher = pusher_of(step_, lengths_, index_);
   float give = compliance;
   for (const Corner& corner : corners) {
-    give += corner.gradient.dot(yield(corner.vertex, corner.gradient));
+    const auto place = static_cast<Index>(quad(corner.vertex) / 4);
+    if (!step_.data.custom.is_named(place)) {
+      refuse(corner.vertex, "is not among its vertices()");
+    }
+    const Vec3<float> gradient = load(corner.gradient);
+    give += dot(gradient, pusher.yield(place, gradient));
   }
   const float share = has_blocks_ && index_ != kForecast ? kShareOfBlocks : 1.0F;
   const float wanted = multiplier - share * (value + compliance * multiplier) / give;
@@ -174,7 +209,11 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
     return next;
   }
   for (const Corner& corner : corners) {
-    move(corner.vertex, change * corner.gradient);
+    const Index place = places_[corner.vertex];
+    const Vec3<float> force = change * load(corner.gradient);
+    if (!pusher.move(place, force, pusher.yield(place, force))) {
+      move(corner.vertex, change * corner.gradient);  // which says why not
+    }
   }
   if (has_blocks_) {
     PushedPieces& pushed = step_.scratch.pushed;
@@ -194,11 +233,9 @@ void ConstraintSweep::guard(Index place, float stiffness) {
   if (block == kInvalidIndex) {
     return;
   }
-  const LaneBits lanes = blocks.lanes_of(place);
-  for (Index lane = 0; lane < kBlockLanes; ++lane) {
-    if ((lanes >> lane & 1) != 0) {
-      step_.scratch.guards[block].stiffness[lane] += stiffness;
-    }
+  constexpr LaneBits kAll = (LaneBits{1} << kBlockLanes) - 1;
+  for (LaneBits lanes = blocks.lanes_of(place) & kAll; lanes != 0; lanes &= lanes - 1) {
+    step_.scratch.guards[block].stiffness[std::countr_zero(lanes)] += stiffness;
   }
 }
 
