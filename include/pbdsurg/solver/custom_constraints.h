@@ -36,14 +36,14 @@ class PBDSURG_API ConstraintSweep {
  public:
   /// A vertex of a constraint, and how the constraint's value changes with its place.
   struct Corner {
-    Index vertex;
-    Eigen::Vector3f gradient;
+    Index vertex;              ///< of the scene
+    Eigen::Vector3f gradient;  ///< of the value, by its position
   };
 
   /// What a multiplier may be: of a rope that pulls where it is too long, at most zero.
   struct Range {
-    float least = -std::numeric_limits<float>::infinity();
-    float most = std::numeric_limits<float>::infinity();
+    float least = -std::numeric_limits<float>::infinity();  ///< as a multiplier
+    float most = std::numeric_limits<float>::infinity();    ///< likewise
   };
 
   /// The solver makes these.
@@ -59,7 +59,7 @@ class PBDSURG_API ConstraintSweep {
   [[nodiscard]] float dt() const noexcept;
   /// Whether Solver::convergence() tries a substep that nobody will have made.
   [[nodiscard]] bool is_probe() const noexcept;
-  [[nodiscard]] const Tissue& tissue() const noexcept;
+  [[nodiscard]] const Tissue& tissue() const noexcept;  ///< that the vertices are of
 
   /// m, where a vertex is now, rounded; not a number where it is lost
   [[nodiscard]] Eigen::Vector3f position(Index vertex) const;
