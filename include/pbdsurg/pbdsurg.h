@@ -86,6 +86,7 @@
 #include "pbdsurg/mesh/write.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/convergence.h"
+#include "pbdsurg/solver/custom_constraints.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"

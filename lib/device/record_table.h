@@ -48,7 +48,8 @@ inline constexpr int kHolderCount = 7;
     case PhaseKind::vertex:
     case PhaseKind::attachment:
     case PhaseKind::contact:
-      break;  // the last three have no records
+    case PhaseKind::custom:
+      break;  // the last four have no records
   }
   return Holder::volume;
 }
@@ -72,7 +73,8 @@ inline constexpr int kHolderCount = 7;
     case PhaseKind::vertex:
     case PhaseKind::attachment:
     case PhaseKind::contact:
-      break;  // the last three have no records
+    case PhaseKind::custom:
+      break;  // the last four have no records
   }
   return DeviceArray::volumes;
 }

@@ -73,6 +73,7 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
   to.step_in_flight = from.step_in_flight;
   to.report = renumbered(from.report, ids);
   to.rebuild_plan();
+  to.plan.phases.reserve(to.plan.phases.size() + static_cast<std::size_t>(from.custom.count()));
 }
 
 // What of a solver a new one is made of.
@@ -221,6 +222,8 @@ Renumbering Compaction::finish(Solver& solver) {
   built.own_tissue = std::move(data.own_tissue);
   data.leave_tissue();
   built.follow_tissue(&data);
+  built.custom.take(data.custom);
+  built.rebuild_plan();
   parts_->built = solver.data_.exchange(std::move(parts_->built));
   live.followers->for_each(
       [&](const FollowerList::Entry& entry) { entry.follower->renumber(tissue, parts_->ids); });

@@ -231,6 +231,7 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   const StepDivision division = divide_step(dt, data.substep_rule, data.options);
   const float h = dt / static_cast<float>(division.substeps);
 
+  data.custom.begin_step(data);
   CopyState probe = now;
   for (ToolState& tool : probe.tools) {
     tool.target = tool.pose;
@@ -240,8 +241,9 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   {
     const OneSubstep one(data, h, division.sweeps);
     StepReport report;
-    step_serially({data, probe, scratch}, report);
+    step_serially({data, probe, scratch, copy, true}, report);
   }
+  data.custom.rethrow();
 
   const std::size_t count = now.particles.size();
   const SubstepNumbers numbers = substep_numbers(data, now, h, 0);
@@ -262,6 +264,9 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
     ending.counts[place] = now.particles[place].w > 0;
   }
   leave_out_held(data, probe, ending);
+  for (const Index place : data.custom.places()) {
+    ending.counts[place] = false;
+  }
   leave_out_rigid(data, ending);
   if (data.options.method == SolverMethod::vertex_block) {
     add_vertex_blocks(data, ending);

@@ -219,6 +219,11 @@ void World::set_forces(std::span<const Index> vertices, std::span<const Eigen::V
   data_->solver->set_forces(vertices, forces);
 }
 
+void World::add_constraints(std::shared_ptr<CustomConstraints> set) {
+  data_->make_solver();
+  data_->solver->add_constraints(std::move(set));
+}
+
 void World::clear_forces() {
   data_->make_solver();
   data_->solver->clear_forces();

@@ -39,6 +39,8 @@ int number_of(PhaseKind kind) {
       return 8;
     case PhaseKind::stiff_link:
       return 9;
+    case PhaseKind::custom:
+      return 10;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

@@ -173,6 +173,41 @@ void EditTrial::load(Choices& choices) {
   }
 }
 
+void EditTrial::tether(Choices& choices) {
+  const SolverOptions& options = solver_.options();
+  if (options.method == SolverMethod::explicit_steps ||
+      options.executor.kind() == ExecutorKind::device) {
+    return;
+  }
+  if (tethers_ != nullptr) {
+    solver_.remove_constraints(*tethers_);
+    if (twin_) {
+      twin_->remove_constraints(*twin_tethers_);
+    }
+    tethers_ = twin_tethers_ = nullptr;
+    return;
+  }
+  const auto vertices =
+      pick_some(find_all(model_.points.size(), [](Index) { return true; }), 6, choices);
+  const auto x = solver_.positions();
+  std::vector<Tether> wanted;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Index v = vertices[i];
+    const Eigen::Vector3f point = x[v] + Eigen::Vector3f(1e-3F, 2e-3F, 0);  // m
+    wanted.push_back({.vertex = v, .point = point, .length = 2e-3F, .compliance = 0.5F});
+    if (i > 0 && choices.below(2) == 0) {
+      wanted.back().other = vertices[i - 1];
+      wanted.back().length = 0.95F * (x[v] - x[vertices[i - 1]]).norm();
+    }
+  }
+  tethers_ = std::make_shared<Tethers>(wanted);
+  solver_.add_constraints(tethers_);
+  if (twin_) {
+    twin_tethers_ = std::make_shared<Tethers>(wanted);
+    twin_->add_constraints(twin_tethers_);
+  }
+}
+
 void EditTrial::begin_step() {
   solver_.start_step(kTimeStep);
   if (twin_) {
@@ -284,6 +319,9 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& 
     }
     if (choices.below(6) == 0) {
       trial.load(choices);
+    }
+    if (!trial.is_stepping() && choices.below(8) == 0) {
+      trial.tether(choices);
     }
     switch (choices.below(10)) {
       case 0:

@@ -6,6 +6,7 @@
 /// fuzzers.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,7 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
+#include "examples/tether/tethers.h"
 #include "tests/support/choices.h"
 #include "tests/support/edit_scenes.h"
 #include "tests/support/live_model.h"
@@ -55,6 +57,9 @@ class EditTrial {
   /// Sets forces, or gravity, or takes forces away.
   void load(Choices& choices);
 
+  /// Adds tethers, or takes them away: on a CPU, by a method that has sweeps.
+  void tether(Choices& choices);
+
   /// Begins a step, within which edits come until step().
   void start_step();
   [[nodiscard]] bool is_stepping() const { return is_stepping_; }
@@ -82,6 +87,7 @@ class EditTrial {
   std::optional<Solver> twin_;
   StepReport twin_report_;
   bool is_stepping_ = false;
+  std::shared_ptr<Tethers> tethers_, twin_tethers_;
   Cautery cautery_;
   ConnectiveTissue strands_;
   std::vector<LiveSurface> surfaces_;  // [body]

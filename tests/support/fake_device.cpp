@@ -263,6 +263,7 @@ void FakeDevice::take_all(const SolverData& data) {
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
+      case PhaseKind::custom:
         break;  // not among a solver's constraints
     }
   }
@@ -322,6 +323,7 @@ void FakeDevice::take_over(const SolverData& data) {
       case PhaseKind::joint:
       case PhaseKind::attachment:
       case PhaseKind::contact:
+      case PhaseKind::custom:
         throw Error("a change of no constraint");
       case PhaseKind::vertex:
         break;  // see take_over_blocks()

@@ -422,6 +422,7 @@ void compare_plan(const SolverData& data) {
       ++next;
     }
   }
+  next += static_cast<std::size_t>(data.custom.count());
   require(next == data.plan.phases.size(), "phases", index_of(next));
 }
 

@@ -56,6 +56,7 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
     case PhaseKind::vertex:
     case PhaseKind::attachment:
     case PhaseKind::contact:
+    case PhaseKind::custom:
       break;
   }
   return visit(records.of<StrainLimitConstraint>());

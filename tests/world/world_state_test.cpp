@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <thread>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/world/world.h"
 
+#include "examples/tether/tethers.h"
 #include "lib/world/edit_journal.h"
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
@@ -91,6 +93,34 @@ void burn_and_pull(SlabWorld& slabs) {
 }
 
 }  // namespace
+
+// Would catch a set that a saved world takes along by half, or one that a loaded world cannot have.
+TEST_CASE("world state: a program adds its own constraints again and goes on with the same bits",
+          "[unit]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  const Index v = world.tissue().vertex_count() - 1;
+  const std::vector<Tether> wanted{
+      {.vertex = v, .point = {0, 0, 0.03F}, .length = 0.01F, .compliance = 0.5F}};
+  const auto tethers = std::make_shared<Tethers>(wanted);
+  world.add_constraints(tethers);
+  world.record();
+  world.step(kDt);
+  CHECK(tethers->tension(0) > 0);
+  const WorldState state = world.save();
+  World loaded(state);
+  World without(state);
+  loaded.add_constraints(std::make_shared<Tethers>(wanted));
+  for (World* const each : {&world, &loaded, &without}) {
+    each->step(kDt);
+    each->step(kDt);
+  }
+  CHECK(loaded.solver().state_hash() == world.solver().state_hash());
+  CHECK(without.solver().state_hash() != world.solver().state_hash());
+  world.compact();
+  CHECK(world.step(kDt).ok());
+  CHECK(tethers->tension(0) > 0);
+}
 
 // Would catch anything that a state forgets: constraints, shrunk tissue, heat, doses of links, what
 // tools hold, speed, forces, or the settings of a generator.

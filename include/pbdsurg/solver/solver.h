@@ -19,6 +19,7 @@
 #include "pbdsurg/base/owned.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/convergence.h"
+#include "pbdsurg/solver/custom_constraints.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
@@ -94,6 +95,8 @@ class PBDSURG_API Solver {
   /// Heat, edits, rendering and readback are outside it. All copies advance.
   /// @param dt  s, positive and finite, and not so small that 1e12 / substep^2 overflows
   /// @throws InvalidArgument  for any other dt, or if a step was begun; never for physics
+  /// @throws what a callback of CustomConstraints throws; then all is as before the step, to the
+  /// bit
   /// @throws Error            if a device fails, as may all that steps, reads, writes or edits on
   /// one
   StepReport step(float dt);
@@ -101,7 +104,9 @@ class PBDSURG_API Solver {
   /// How well the sweeps solve the next substep of a step of dt, with tools where they are: a probe
   /// on a copy of the state, which stays what it is, to the bit. Elastic forces are summed in
   /// double precision, apart from the sweeps. Cost: a substep of the serial backend and about five
-  /// sweeps of it, and memory for a copy of the state; on a device, it is read back, too.
+  /// sweeps of it, and memory for a copy of the state; on a device, it is read back, too. Custom
+  /// constraints are projected, see ConstraintSweep::is_probe(); vertices that they may push do not
+  /// count.
   /// @param dt  s, as step()
   /// @return    [body_count] see Convergence
   /// @throws InvalidArgument  as step(), and in fraction mode, which has no elastic forces
@@ -240,6 +245,25 @@ class PBDSURG_API Solver {
   /// m/s^2, that a body has now.
   /// @throws InvalidArgument  naming the body that there is not
   [[nodiscard]] Eigen::Vector3f gravity(Index body) const;
+
+  /// @}
+
+  /// @name Constraints of a program's own
+  /// @{
+
+  /// Adds a set, which steps project from now on: see CustomConstraints. It follows the tissue from
+  /// here on, so an edit from before cannot be undone; it is kept until remove_constraints() or the
+  /// end of the solver, and goes along with a Compaction. Snapshots and saved worlds have nothing
+  /// of it.
+  /// @throws InvalidArgument     if the pointer is null, the set was added before or follows a
+  /// tissue
+  ///                             otherwise, naming it, or the solver takes explicit steps
+  /// @throws BackendUnavailable  if the solver is on a device
+  void add_constraints(std::shared_ptr<CustomConstraints> set);
+
+  /// Takes a set out. It follows the tissue no more.
+  /// @throws InvalidArgument  naming the set, if it was not added
+  void remove_constraints(const CustomConstraints& set);
 
   /// @}
 

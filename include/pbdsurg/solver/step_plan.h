@@ -47,12 +47,13 @@ enum class PhaseKind : std::uint8_t {
   vertex,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool
+  custom,      ///< a set of CustomConstraints
 };
 
 /// Constraints of one kind that share no vertex, unless the phase is serial.
 struct Phase {
   PhaseKind kind;  ///< what it projects
-  Index color;     ///< of the kind's colouring; for contacts the tool
+  Index color;     ///< of the kind's colouring; for contacts the tool, for custom the set
   /// These are what ColoringOptions::max_colors left over: they may share vertices and are
   /// projected one after another.
   bool serial = false;

@@ -58,6 +58,9 @@ class PBDSURG_API Follower {
   /// From here on it follows nothing.
   void leave_tissue() noexcept;
 
+  /// Whether it follows a tissue.
+  [[nodiscard]] bool is_following() const noexcept { return !list_.expired(); }
+
  private:
   friend class Tissue;
 

@@ -246,6 +246,12 @@ class PBDSURG_API World {
 
   /// @}
 
+  /// As Solver::add_constraints(), at any time. A world that is made of a saved one has none: what
+  /// a program added it adds again, and saves itself. Where a callback throws, step() throws that:
+  /// the solver is as before the frame; heat, and what was asked of the frame, are done. Makes the
+  /// solver.
+  void add_constraints(std::shared_ptr<CustomConstraints> set);
+
   /// @name Instruments
   /// These functions throw InvalidArgument as those of Solver and Cautery, and naming the id that
   /// there is not.
@@ -339,7 +345,7 @@ class PBDSURG_API World {
   /// velocities, forces, tools and what they hold in all replicas; heat, its marks, and the energy
   /// that went where; strands and their events; settings of generators. Not: what the next step was
   /// asked for by edit(), sweep(), add_body() and remove_body(), and what follows the tissue on a
-  /// program's side.
+  /// program's side, custom constraints among it.
   ///
   /// A world that is made of it gives, on a host, the bits that this one gives from here on, as
   /// long as no current flows; with current, potentials agree to PotentialOptions::tolerance and

@@ -551,6 +551,9 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
     VertexEnergy<Lanes> energy;
     energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
                     flight.x - own.x);
+    if (state.guards != nullptr) {
+      energy.isotropic = energy.isotropic + load_lanes(state.guards[block_index].stiffness + lane);
+    }
     const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
     if constexpr (kFast) {
       add_rows_by_strips(rows, block, access, energy);

@@ -38,7 +38,7 @@ class SerialBackend final : public Backend {
  private:
   void step_part(SolverData& data) {
     for (Index i = 0; i < data.copy_count(); ++i) {
-      step_serially({data, data.copy(i), data.step_scratch}, data.copy(i).last_report);
+      step_serially({data, data.copy(i), data.step_scratch, i}, data.copy(i).last_report);
     }
   }
 

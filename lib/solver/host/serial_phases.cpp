@@ -177,6 +177,8 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
       break;
     case PhaseKind::vertex:
       break;  // see solve_vertices()
+    case PhaseKind::custom:
+      break;  // see project_custom()
     case PhaseKind::attachment:
       project_attachments(step, phase.color, substep);
       break;

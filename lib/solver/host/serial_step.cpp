@@ -7,6 +7,7 @@
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
@@ -121,7 +122,7 @@ class SerialStep {
   }
 
   void begin_joints() {
-    if (!has_stiff_links(step_.data.plan)) {
+    if (!has_stiff_links(step_.data.plan) && !has_custom(step_)) {
       return;
     }
     const VertexState state = vertex_state(step_, numbers_.lengths, 1);
@@ -134,10 +135,15 @@ class SerialStep {
         pbdsurg::begin_joints(step_, state, phase.color);
       }
     }
+    begin_custom(step_, numbers_.lengths);
   }
 
   void correct() {
-    const VertexState state = vertex_state(step_, numbers_.lengths, 1);
+    VertexState state = vertex_state(step_, numbers_.lengths, 1);
+    if (has_custom(step_)) {
+      leave_out_pushed(step_);
+      state.left_out = step_.scratch.coarse.left_out.data();
+    }
     const auto find_all_residuals = [&] {
       for (Index block = 0; block < step_.data.vertex_blocks.block_count(); ++block) {
         find_residuals(step_, state, block);
@@ -176,6 +182,8 @@ class SerialStep {
     for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::vertex) {
         solve_vertices(step_, state, phase.color);
+      } else if (phase.kind == PhaseKind::custom) {
+        project_custom(step_, phase.color, numbers_.lengths, iteration);
       } else {
         project_serially(step_, phase, numbers_.lengths);
       }

@@ -18,6 +18,7 @@
 #include "lib/solver/host/thread_stages.h"
 #include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
@@ -188,7 +189,7 @@ class ThreadedBackend final : public Backend {
         std::atomic<Index>& next = handed_out_[owner].next;
         const Index end = part_of(copies, owner, workers).last;
         for (Index i = next.fetch_add(1); i < end; i = next.fetch_add(1)) {
-          copy_findings_[i] = step_alone({data, data.copy(i), scratch}, reports_[i]);
+          copy_findings_[i] = step_alone({data, data.copy(i), scratch, i}, reports_[i]);
         }
       }
     };
@@ -365,7 +366,7 @@ class ThreadedBackend final : public Backend {
           sweep(vertex_state(
                     step, lengths,
                     relaxation_of(data.options.over_relaxation, iteration, part.division.sweeps)),
-                turn);
+                iteration, turn);
           if (iteration == 0 && has_correction(data, part.division.sweeps)) {
             correct(vertex_state(step, lengths, 1), turn);
           }
@@ -455,7 +456,8 @@ class ThreadedBackend final : public Backend {
   }
 
   void begin_joints(const VertexState& vertex_state, Turn& turn) {
-    if (!has_stiff_links(turn.step.data.plan)) {
+    const bool has_own = has_custom(turn.step);
+    if (!has_stiff_links(turn.step.data.plan) && !has_own) {
       return;
     }
     meet(turn);
@@ -463,6 +465,16 @@ class ThreadedBackend final : public Backend {
       return;
     }
     find_loose_ends(vertex_state, turn);
+    begin_stiff_links(vertex_state, turn);
+    if (has_own && !turn.is_idle()) {
+      meet(turn);
+    }
+    if (has_own && turn.thread == 0) {
+      begin_custom(turn.step, turn.state.substep);
+    }
+  }
+
+  void begin_stiff_links(const VertexState& vertex_state, Turn& turn) {
     bool is_met = false;  // since what comes before; stages that are left out would have met
     for (const ThreadStage& stage : stages_) {
       if (stage.phase.kind != PhaseKind::stiff_link) {
@@ -507,7 +519,7 @@ class ThreadedBackend final : public Backend {
     }
   }
 
-  void sweep(const VertexState& vertex_state, Turn& turn) {
+  void sweep(const VertexState& vertex_state, int iteration, Turn& turn) {
     for (const ThreadStage& stage : stages_) {
       if (stage.is_met_before && !turn.is_idle()) {
         meet(turn);
@@ -518,6 +530,8 @@ class ThreadedBackend final : public Backend {
       do_share(stage, turn, [&](int thread, int threads) {
         if (stage.phase.kind == PhaseKind::vertex) {
           solve_vertices(turn, vertex_state, stage, thread, threads);
+        } else if (stage.phase.kind == PhaseKind::custom) {
+          project_custom(turn.step, stage.phase.color, turn.state.substep, iteration);
         } else {
           project(turn, stage, thread, threads);
         }
@@ -526,7 +540,7 @@ class ThreadedBackend final : public Backend {
   }
 
   // See coarse_correction.h; all meet before each stage, and at the end.
-  void correct(const VertexState& state, Turn& turn) {
+  void correct(VertexState state, Turn& turn) {
     const StepContext& step = turn.step;
     const auto stage = [&](Index count, const auto& work) {
       if (!turn.is_idle()) {
@@ -536,6 +550,10 @@ class ThreadedBackend final : public Backend {
         work(i);
       }
     };
+    if (has_custom(step)) {
+      stage(1, [&](Index) { leave_out_pushed(step); });
+      state.left_out = step.scratch.coarse.left_out.data();
+    }
     const auto find_residuals = [&] {
       const VertexRows rows = vertex_rows(step);
       stage(step.data.vertex_blocks.block_count(), [&](Index block) {

@@ -9,6 +9,7 @@
 #include "pbdsurg/base/vec3.h"
 
 #include "lib/solver/methods/coarse_space.h"
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/state/load_store.h"
@@ -140,6 +141,11 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
   for (const VertexHold& each : step.scratch.holds) {
     scratch.held.push_back(each.place);
   }
+  for (const Index place : step.data.custom.places()) {
+    if (is_pushed(step, place)) {
+      scratch.held.push_back(place);
+    }
+  }
   std::ranges::sort(scratch.held);
   scratch.held.erase(std::unique(scratch.held.begin(), scratch.held.end()), scratch.held.end());
 
@@ -188,7 +194,7 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
 void oppose_holds(const StepContext& step) {
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
-  if (step.scratch.holds.empty()) {
+  if (step.scratch.holds.empty() && !has_custom(step)) {
     return;
   }
   const CoarseHolds holds = gather_coarse_holds(step);
@@ -243,6 +249,9 @@ void CoarseScratch::fit(const SolverData& data) {
   sums_of_all.resize(kCoarseSums * std::max(amplitudes.size(), numbers.size()));
   hold_sums.resize(kCoarseHolds * node_count);
   hold_modes.resize(kHoldRows * amplitudes.size());
+  if (!data.custom.empty()) {
+    left_out.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()));
+  }
 }
 
 std::size_t CoarseScratch::memory_bytes() const noexcept {
@@ -253,11 +262,24 @@ std::size_t CoarseScratch::memory_bytes() const noexcept {
          (loads.capacity() + sums_of_all.capacity() + amplitudes.capacity() + gives.capacity() +
           numbers.capacity() + hold_modes.capacity()) *
              sizeof(float) +
-         held.capacity() * sizeof(Index) + turns.capacity() * sizeof(Turn);
+         left_out.capacity() * sizeof(LaneBits) + held.capacity() * sizeof(Index) +
+         turns.capacity() * sizeof(Turn);
 }
 
 bool has_correction(const SolverData& data, int sweeps) noexcept {
   return data.coarse_space.node_count() > 0 && sweeps > 1;
+}
+
+void leave_out_pushed(const StepContext& step) {
+  std::vector<LaneBits>& left_out = step.scratch.coarse.left_out;
+  std::ranges::copy(step.scratch.held, left_out.begin());
+  const VertexBlocks& blocks = step.data.vertex_blocks;
+  for (const Index place : step.data.custom.places()) {
+    const Index block = blocks.place_of(place).block;
+    if (block != kInvalidIndex && is_pushed(step, place)) {
+      left_out[block] |= blocks.lanes_of(place);
+    }
+  }
 }
 
 CoarsePart coarse_part(const StepContext& step, Index part) noexcept {

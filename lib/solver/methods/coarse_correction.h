@@ -13,13 +13,15 @@
 /// that a wrong stiffness makes too long is shortened, and shaken tissue comes to rest. t is of a
 /// piece.
 ///
-/// Vertices that tools touch or hold, fixed ones, and those at which something is not finite stay
-/// where sweeps have left them. What would move those that tools hold is opposed by springs, as
-/// stiff as tissue around them: one for all holds near a node, at their mean.
+/// Vertices that tools touch or hold, or that custom constraints push, fixed ones, and those at
+/// which something is not finite stay where sweeps have left them. What would move those that are
+/// held or pushed is opposed by springs, as stiff as tissue around them: one for all holds near a
+/// node, at their mean.
 ///
 /// Stages, each over all blocks, nodes or parts of vertices, by any number of workers that meet in
 /// between; the numbers are the same for any number, and on a device:
 ///
+///     leave_out_pushed()            one worker
 ///     find_residuals()              blocks
 ///     project_residuals()           nodes
 ///     solve_coarse()                one worker
@@ -53,7 +55,8 @@ struct CoarseScratch {
   std::vector<float> loads, amplitudes;  ///< [number], [mode]
   std::vector<float> sums_of_all;        ///< [kCoarseSums][mode or number]
   std::vector<float> gives;              ///< [mode] s^2, over the inertia and stiffness of a unit
-  std::vector<Index> held;               ///< places that tools hold, ascending
+  std::vector<Index> held;               ///< places that stay, ascending
+  std::vector<LaneBits> left_out;        ///< [block] theirs, with custom constraints
   std::vector<CoarseShares> hold_sums;   ///< [hold][node] N/m, times 1, X, Y and Z
   std::vector<float> hold_modes;         ///< [mode][hold][axis] how modes move them
   std::vector<float> numbers;            ///< [number]
@@ -74,6 +77,9 @@ struct CoarsePart {
   Index first, last;
 };
 [[nodiscard]] CoarsePart coarse_part(const StepContext& step, Index part) noexcept;
+
+/// With custom constraints: finds out who stays, as VertexState::left_out of the residuals.
+void leave_out_pushed(const StepContext& step);
 
 /// Sums up what residuals do to a node, and how what it moves lies.
 void project_residuals(const StepContext& step, Index node);

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/momentum.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
@@ -172,7 +173,10 @@ std::size_t FreePieces::memory_bytes() const noexcept {
 }
 
 void keep_momentum(const StepContext& step, Index piece) {
-  const std::span<const Index> places = step.data.free_pieces.places(piece);
+  std::vector<Index> room;
+  const std::span<const Index> places =
+      has_custom(step) ? step.scratch.pushed.places(step.data.free_pieces, piece, room)
+                       : step.data.free_pieces.places(piece);
   const auto count = static_cast<Index>(places.size());
   const bool is_from_end = has_past(step.data.options);
   const auto base = [&](Index place) { return load(step.copy.particles[place]); };

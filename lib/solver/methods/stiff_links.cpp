@@ -3,7 +3,6 @@
 
 #include "lib/solver/host/lane_access.h"
 #include "lib/solver/methods/held_vertex.h"
-#include "lib/solver/methods/loose_end.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
@@ -15,13 +14,6 @@ void store_end(const LooseEnd<float>& end, const LinkEnds& ends, ParticleOffset 
   at(ends.ways, corner) = {end.way.x, end.way.y, end.way.z, end.is_known};
   at(ends.gives, corner) = {end.give.xx, end.give.yy, end.give.zz, 0};
   at(ends.shears, corner) = {end.give.xy, end.give.xz, end.give.yz, 0};
-}
-
-LooseEnd<float> load_end(const LinkEnds& ends, ParticleOffset corner) {
-  const Particle& way = at(ends.ways, corner);
-  const Particle& give = at(ends.gives, corner);
-  const Particle& shear = at(ends.shears, corner);
-  return {{give.x, give.y, give.z, shear.x, shear.y, shear.z}, load(way), way.w};
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "lib/base/describe.h"
 #include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/held_vertex.h"
 #include "lib/solver/methods/vertex_elements.h"
 #include "lib/solver/methods/vertex_kernel.h"
@@ -194,10 +195,15 @@ float relaxation_of(float over_relaxation, int sweep, int sweep_count) noexcept 
 VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                          float relaxation) noexcept {
   StepScratch& scratch = step.scratch;
-  return {step.copy.particles.data(),  scratch.displacements.data(),
-          scratch.fixed_points.data(), scratch.flights.data(),
-          scratch.held.data(),         step.data.vertex_blocks.unit(),
-          substep.inverse_dt_squared,  relaxation};
+  return {step.copy.particles.data(),
+          scratch.displacements.data(),
+          scratch.fixed_points.data(),
+          scratch.flights.data(),
+          scratch.held.data(),
+          step.data.vertex_blocks.unit(),
+          substep.inverse_dt_squared,
+          relaxation,
+          has_custom(step) ? scratch.guards.data() : nullptr};
 }
 
 void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
@@ -218,6 +224,9 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
     const Particle& flight = state.flights[v];
     VertexEnergy<float> start;
     start.add_pull(state.inverse_dt_squared / p.w, load(flight) - u);
+    if (state.guards != nullptr) {
+      start.isotropic = start.isotropic + state.guards[block_index].stiffness[lane];
+    }
     const float relaxation = state.relaxation < flight.w ? state.relaxation : flight.w;
     const auto solve = [&](const VertexEnergy<float>& energy) {
       return first_holds[v] == kInvalidIndex
@@ -289,7 +298,7 @@ void find_residuals(const StepContext& step, const VertexState& state, Index blo
 }
 
 bool has_holds_to_settle(const StepContext& step) noexcept {
-  return !step.scratch.holds.empty() && has_stiff_links(step.data.plan);
+  return !step.scratch.holds.empty() && (has_stiff_links(step.data.plan) || has_custom(step));
 }
 
 void settle_holds(const StepContext& step, const VertexState& state) {

@@ -110,13 +110,19 @@ using LaneBits = std::uint32_t;
 inline constexpr float kFreely = 2;
 inline constexpr float kToLeastEnergy = 1;
 
-/// Ends of stiff links in a substep, [place] each; see LooseEnd.
+/// Ends of stiff links and vertices of custom constraints in a substep, [place] each; see LooseEnd.
 struct LinkEnds {
   Particle* ways;    ///< m, and whether it is known
-  Particle* gives;   ///< m/N: xx, yy, zz
+  Particle* gives;   ///< m/N: xx, yy, zz; in place of w, 1 once custom constraints have pushed it
   Particle* shears;  ///< m/N: xy, xz, yz
 
   bool operator==(const LinkEnds&) const = default;
+};
+
+/// How stiffly custom constraints keep the vertices of a block where they are while the forces of
+/// these lag behind: from projection to projection.
+struct alignas(64) GuardBlock {
+  float stiffness[kBlockLanes]{};  ///< N/m
 };
 
 /// What moving vertices reads and writes beside their rows.
@@ -127,10 +133,11 @@ struct VertexState {
   /// m, the displacement of a vertex without its rows; stiff links push it. In place of w, the most
   /// relaxation: see kFreely.
   Particle* flights;
-  const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
-  float unit;                ///< m, of fixed points
-  float inverse_dt_squared;  ///< 1/s^2
-  float relaxation;          ///< how far to go, as a share of the way to the least energy
+  const LaneBits* left_out;            ///< [block_count] lanes that kernels must leave to others
+  float unit;                          ///< m, of fixed points
+  float inverse_dt_squared;            ///< 1/s^2
+  float relaxation;                    ///< how far to go, as a share of the way to the least energy
+  const GuardBlock* guards = nullptr;  ///< [block_count] null: none
 };
 
 }  // namespace pbdsurg

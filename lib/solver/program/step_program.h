@@ -26,7 +26,7 @@ enum class StepOperation : std::uint8_t {
   find_contacts,          ///< moves the tools, and finds the vertices that they touch
   gather_holds,           ///< finds what tools do to each vertex
   damp_rows,              ///< gives the rows of vertices this substep's damping
-  begin_joints,           ///< finds the forces of stiff links
+  begin_joints,           ///< finds the forces of stiff links and of custom constraints
   sweep,                  ///< all sweeps of all phases; a coarse correction after the first
   push,               ///< of explicit steps: vertices follow the forces of the start, all at once
   settle_holds,       ///< what tools touch or hold answers what stiff links did last

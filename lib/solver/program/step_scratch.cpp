@@ -45,14 +45,14 @@ void StepScratch::fit(const SolverData& data) {
   reserve_holds(data);
   if (has_coarse_correction(data.options)) {
     coarse.fit(data);
-    coarse.held.reserve(holds.capacity());
+    coarse.held.reserve(holds.capacity() + data.custom.places().size());
   }
-  fit_links(data);
+  fit_ends(data);
 }
 
-void StepScratch::fit_links(const SolverData& data) {
+void StepScratch::fit_ends(const SolverData& data) {
   const auto& links = data.sets.of<StiffLinkConstraint>();
-  if (links.group_count() == 0) {
+  if (links.group_count() == 0 && data.custom.empty()) {
     return;
   }
   const std::size_t places = data.particles.size(), room = data.particles.capacity();
@@ -61,18 +61,27 @@ void StepScratch::fit_links(const SolverData& data) {
   }
   linked.assign(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
   lone_ends.clear();
+  const auto add = [&](ParticleOffset corner) {
+    const auto [block, lane] = data.vertex_blocks.place_of(place_at(corner));
+    if (block == kInvalidIndex) {
+      lone_ends.push_back(corner);
+    } else {
+      linked[block] |= LaneBits{1} << lane;
+    }
+  };
   for (Index group = 0; group < links.group_count(); ++group) {
     for (Index slot = 0; slot < links.size(group); ++slot) {
       for (const auto& corners : links.blocks(group)[slot / kBlockLanes].corners) {
-        const ParticleOffset corner = corners[slot % kBlockLanes];
-        const auto [block, lane] = data.vertex_blocks.place_of(place_at(corner));
-        if (block == kInvalidIndex) {
-          lone_ends.push_back(corner);
-        } else {
-          linked[block] |= LaneBits{1} << lane;
-        }
+        add(corners[slot % kBlockLanes]);
       }
     }
+  }
+  for (const Index place : data.custom.places()) {
+    add(offset_of(place));
+  }
+  if (!data.custom.empty()) {
+    pushed.fit(data.free_pieces, places);
+    guards.resize(linked.size());
   }
 }
 
@@ -107,8 +116,8 @@ std::size_t StepScratch::memory_bytes() const noexcept {
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
                       bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
                       bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-                      coarse.memory_bytes() + bytes_of(springs) + bytes_of(volumes) +
-                      bytes_of(hinges) + bytes_of(strips);
+                      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) +
+                      bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

@@ -13,6 +13,7 @@
 #include "pbdsurg/base/export.h"
 
 #include "lib/solver/methods/coarse_correction.h"
+#include "lib/solver/methods/pushed_pieces.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -72,10 +73,12 @@ struct PBDSURG_API StepScratch {
   std::vector<VertexHold> holds;         ///< of the current substep
   std::vector<LaneBits> held;            ///< [block] lanes of vertices with holds
   CoarseScratch coarse;                  ///< of its coarse correction, if it has one
-  // of its stiff links, if there are any
+  // of its stiff links and custom constraints, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
-  std::vector<LaneBits> linked;                           ///< [block] lanes of their ends
+  std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
   std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
+  PushedPieces pushed;                                    ///< by custom constraints
+  std::vector<GuardBlock> guards;                         ///< [block] likewise
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
@@ -85,8 +88,9 @@ struct PBDSURG_API StepScratch {
   std::vector<HingeRow> hinges;
   std::vector<StripRow> strips;
 
-  /// Makes room for a step of any copy, before it begins, and finds the ends of stiff links. Cost:
-  /// O(groups), and O(blocks) of vertices with stiff links, where no edit came between.
+  /// Makes room for a step of any copy, before it begins, and finds the ends of stiff links and the
+  /// vertices of custom constraints. Cost: O(groups), and O(blocks) with such vertices, where no
+  /// edit came between.
   void fit(const SolverData& data);
 
   /// As fit(), for a worker beside the one that changes the rows of VertexBlocks. Cost: O(rows), if
@@ -103,7 +107,7 @@ struct PBDSURG_API StepScratch {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
-  void fit_links(const SolverData& data);
+  void fit_ends(const SolverData& data);
 };
 
 /// A step of one copy, as one worker takes it.
@@ -111,6 +115,8 @@ struct StepContext {
   SolverData& data;  ///< read, but for the rows of VertexBlocks: see StepScratch
   CopyState& copy;
   StepScratch& scratch;
+  Index index = 0;        ///< of the copy
+  bool is_probe = false;  ///< whether nobody will have made the step
 };
 
 }  // namespace pbdsurg

@@ -33,8 +33,10 @@ class ProgramFollower final : public Follower {
     } else if (!change.edit.new_bodies.bodies().empty() || !change.edit.stiffnesses.empty()) {
       set_substep_rule(both(rule_before_, rule_of_edit_), data_);
     }
-    if (!change.edit.new_links.empty() || !change.edit.new_bodies.links().empty() ||
-        !change.edit.unfix_vertices.empty()) {
+    const bool may_bring_stiff_links = !change.edit.new_links.empty() ||
+                                       !change.edit.new_bodies.links().empty() ||
+                                       !change.edit.unfix_vertices.empty();
+    if (has_coarse_correction(data_.options) && may_bring_stiff_links) {
       const SubstepRule rule = both(data_.substep_rule, stiff_link_rule(tissue, data_.options));
       if (rule != data_.substep_rule) {
         set_substep_rule(rule, data_);
@@ -112,6 +114,7 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 }
 
 void SolverData::start_step(float dt) {
+  custom.begin_step(*this);
   free_pieces.refresh(*tissue, place_of_vertex);
   SubstepRule rule = substep_rule;
   if (is_explicit(options)) {
@@ -121,8 +124,13 @@ void SolverData::start_step(float dt) {
   part = first_part(whole_step(dt, divide_step(dt, rule, options)), most_substeps(options));
   step_length = dt;
   if (!backend->keeps_state()) {
+    if (!custom.empty()) {
+      custom.keep(*this);
+    }
     backend->start_step(*this);
-    report = backend->finish_step(*this);
+    const StepReport done = backend->finish_step(*this);
+    custom.end_step(*this);
+    report = done;
     for (Index i = 0; i < copy_count(); ++i) {
       CopyState& each = copy(i);
       std::ranges::transform(watched_places, each.watched_positions.begin(), [&](Index place) {
@@ -170,6 +178,9 @@ void SolverData::rebuild_plan() {
       plan.phases.push_back(phase);
     }
   }
+  for (Index set = 0; set < custom.count(); ++set) {
+    plan.phases.push_back({PhaseKind::custom, set});
+  }
   if (by_vertices) {  // tools act within it
     return;
   }
@@ -203,9 +214,10 @@ void SolverData::reserve_spare_room() {
 std::size_t SolverData::memory_bytes() const noexcept {
   return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
          coarse_space.memory_bytes() + free_pieces.memory_bytes() + stable_substep.memory_bytes() +
-         step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
-         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
-         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+         custom.memory_bytes() + step_scratch.memory_bytes() +
+         plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
+         followers_->vertices.memory_bytes() + backend->memory_bytes() +
+         (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
 }
 
 }  // namespace pbdsurg

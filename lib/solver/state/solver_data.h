@@ -18,6 +18,7 @@
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/sets/constraint_sets.h"
+#include "lib/solver/state/custom_sets.h"
 #include "lib/solver/state/solver_state.h"
 
 namespace pbdsurg {
@@ -45,6 +46,7 @@ class SolverData : public SolverState {
   CoarseSpace coarse_space;         ///< of the vertex-block method, if it is asked for
   FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
   StableSubstep stable_substep;  ///< of explicit steps, else empty
+  CustomSets custom;             ///< on a host
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
 

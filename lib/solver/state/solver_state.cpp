@@ -212,21 +212,31 @@ void SolverState::reserve_tools() {
   }
 }
 
+namespace {
+
+template <class... Arrays>
+std::size_t bytes_of(const Arrays&... arrays) noexcept {
+  return (... + (arrays.capacity() * sizeof(arrays[0])));
+}
+
+}  // namespace
+
+std::size_t CopyState::memory_bytes() const noexcept {
+  std::size_t bytes =
+      bytes_of(particles, velocities, carries, ways, velocities_before, forces, watched_positions);
+  for (const ToolState& tool : tools) {
+    bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
+  }
+  return bytes;
+}
+
 std::size_t SolverState::memory_bytes() const noexcept {
-  const auto bytes_of = [](const auto&... arrays) {
-    return (... + (arrays.capacity() * sizeof(arrays[0])));
-  };
   std::size_t bytes =
       bytes_of(place_of_vertex, watched_places, read_places, releases, changes.moved,
                changes.vertices, changes.constraints, changes.tets, changes.blocks, changes.shares,
                changes.forces, body_gravities, gravities);
   for (Index i = 0; i < copy_count(); ++i) {
-    const CopyState& each = copy(i);
-    bytes += bytes_of(each.particles, each.velocities, each.carries, each.ways,
-                      each.velocities_before, each.forces, each.watched_positions);
-    for (const ToolState& tool : each.tools) {
-      bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
-    }
+    bytes += copy(i).memory_bytes();
   }
   return bytes;
 }

@@ -80,6 +80,8 @@ struct CopyState {
     std::ranges::fill(velocities_before, Velocity{});
   }
 
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
   /// same vertex. Cost: O(held vertices).
   void color_attachments();

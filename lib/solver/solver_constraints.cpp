@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Constraints of a program's own.
+#include <string>
+#include <utility>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "lib/solver/solver_options.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+
+void Solver::add_constraints(std::shared_ptr<CustomConstraints> set) {
+  if (set == nullptr) {
+    throw InvalidArgument("a set of constraints is a null pointer");
+  }
+  if (is_explicit(data_->options)) {
+    throw InvalidArgument("constraint set '" + set->name() +
+                          "' is projected in sweeps; explicit steps have none");
+  }
+  if (data_->backend->keeps_state()) {
+    throw BackendUnavailable("constraint set '" + set->name() + "' is called on a CPU; " +
+                             backend_name() + " steps without such calls");
+  }
+  data_->custom.add(tissue(), std::move(set));
+  data_->rebuild_plan();
+}
+
+void Solver::remove_constraints(const CustomConstraints& set) {
+  data_->custom.remove(set);
+  data_->rebuild_plan();
+}
+
+}  // namespace pbdsurg
