@@ -4,6 +4,7 @@
 /// @file
 /// Temperature and state of living tissue, heated from outside.
 
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -48,8 +49,8 @@ struct HeatLedger {
 
 /// How heat is computed.
 struct HeatOptions {
-  /// K from body temperature: what is nearer to it, and has no neighbour beyond, rests. 0: the
-  /// whole mesh takes part in every step.
+  /// K from body temperature: what is nearer to it, and has no neighbour beyond, rests; a surface
+  /// with an ambient beyond takes part in every step. 0: the whole mesh does.
   double active_rise = 0.1;
   double tolerance = 1e-6;    ///< of the linear system's residual, relative; (0, 1)
   int most_iterations = 200;  ///< of its solver, >= 1
@@ -270,6 +271,13 @@ class PBDSURG_API HeatField final : public Follower {
   [[nodiscard]] Heat heat_of(std::span<const Index> vertices) const;
   void check(double dt, std::span<const HeatSource> sources,
              std::span<const TetHeatSource> tet_sources) const;
+  // whether the ambient warms or cools tissue at body temperature
+  [[nodiscard]] bool has_other_ambient() const {
+    return model_.surface_transfer > 0 &&
+           std::abs(model_.ambient_temperature - kBodyTemperature) > options_.active_rise;
+  }
+  // with its neighbours; of a vertex with tissue
+  [[nodiscard]] bool takes_part(Index vertex) const;
   void activate(std::span<const HeatSource> sources, std::span<const TetHeatSource> tet_sources);
   void fill_rows(double dt, std::span<const HeatSource> sources,
                  std::span<const TetHeatSource> tet_sources);

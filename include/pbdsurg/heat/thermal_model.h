@@ -31,7 +31,9 @@ struct PBDSURG_API ThermalModel {
   bool has_variable_conductivity = true;  ///< electrical, with temperature and water
   bool has_perfusion = false;      ///< blood cools; seconds of burning hardly notice (liver: 65 s)
   double surface_transfer = 0;     ///< W/(m^2 K) to the ambient; free convection has 5 to 25
-  double ambient_temperature{37};  ///< degrees Celsius
+  /// degrees Celsius; where surface_transfer > 0, one farther from 37 than HeatOptions::active_rise
+  /// has all surfaces take part
+  double ambient_temperature{37};
   RemovalRule removal = RemovalRule::water;  ///< when tetrahedra go
   double dry_water = 0.05;             ///< share of its water at which tissue counts as dry, (0, 1)
   ColorRule color = ColorRule::state;  ///< what colours follow
