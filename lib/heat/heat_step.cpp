@@ -210,7 +210,7 @@ void HeatField::balance(double dt) {
 }
 
 void HeatField::advance_state(double dt, HeatReport& report) {
-  double steam = 0;
+  double steam = 0;  // and smoke
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!(rows_[i].capacity > 0)) {
       continue;
@@ -220,9 +220,10 @@ void HeatField::advance_state(double dt, HeatReport& report) {
     temperatures_[v] += increments_[i];
     if (model_.has_latent_heat && !rows_[i].is_held) {
       const Boiled<double> boiled = boil(here, temperatures_[v], water_[v]);
-      temperatures_[v] = boiled.temperature;
+      const Ablated<double> ablated = ablate(here, boiled.temperature, boiled.water);
+      temperatures_[v] = ablated.temperature;
       water_[v] = boiled.water;
-      steam += region_->mass(static_cast<Index>(i)) * boiled.steam_heat;
+      steam += region_->mass(static_cast<Index>(i)) * (boiled.steam_heat + ablated.smoke_heat);
     }
     const double now = temperatures_[v];
     peaks_[v] = std::max(peaks_[v], now);

@@ -51,7 +51,7 @@ struct CauteryOptions {
   /// 1/s, positive: tissue that boils off this share of its water a second, and has lost
   /// tearing_loss, is torn by its steam before it is dry.
   double tearing_rate = 0.3;
-  double tearing_loss = 0.02;  ///< share of its water, [0, 1]: see tearing_rate
+  double tearing_loss = 0.01;  ///< share of its water, [0, 1]: see tearing_rate
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
