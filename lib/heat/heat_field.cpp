@@ -109,7 +109,7 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
     mesh_.set_tissue(*model.tissue);
   }
   resize(static_cast<std::size_t>(mesh_.vertex_count()));
-  if (options_.active_rise == 0) {
+  if (options_.active_rise == 0 || has_other_ambient()) {
     pending_.resize(temperatures_.size());
     std::iota(pending_.begin(), pending_.end(), 0);
   }

@@ -26,13 +26,17 @@ bool is_warm(double temperature, double rise) {
 
 }  // namespace
 
+bool HeatField::takes_part(Index vertex) const {
+  return is_warm(temperatures_[vertex], options_.active_rise) ||
+         (has_other_ambient() && mesh_.surface_share(vertex) > 0);
+}
+
 // Sees to it that all that is warm or heated is in the region with its neighbours.
 void HeatField::activate(std::span<const HeatSource> sources,
                          std::span<const TetHeatSource> tet_sources) {
   seeds_.clear();
   for (const Index v : pending_) {
-    if (region_->row(v) == kInvalidIndex && is_warm(temperatures_[v], options_.active_rise) &&
-        mesh_.has_tissue(v)) {
+    if (region_->row(v) == kInvalidIndex && mesh_.has_tissue(v) && takes_part(v)) {
       seeds_.push_back(v);
     }
   }
@@ -56,8 +60,7 @@ void HeatField::activate(std::span<const HeatSource> sources,
   }
   const std::span<const Index> vertices = region_->vertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    if (!region_->is_inner(static_cast<Index>(i)) &&
-        is_warm(temperatures_[vertices[i]], options_.active_rise)) {
+    if (!region_->is_inner(static_cast<Index>(i)) && takes_part(vertices[i])) {
       seeds_.push_back(vertices[i]);
     }
   }
@@ -207,7 +210,7 @@ void HeatField::balance(double dt) {
 }
 
 void HeatField::advance_state(double dt, HeatReport& report) {
-  double steam = 0;
+  double steam = 0;  // and smoke
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!(rows_[i].capacity > 0)) {
       continue;
@@ -217,9 +220,10 @@ void HeatField::advance_state(double dt, HeatReport& report) {
     temperatures_[v] += increments_[i];
     if (model_.has_latent_heat && !rows_[i].is_held) {
       const Boiled<double> boiled = boil(here, temperatures_[v], water_[v]);
-      temperatures_[v] = boiled.temperature;
+      const Ablated<double> ablated = ablate(here, boiled.temperature, boiled.water);
+      temperatures_[v] = ablated.temperature;
       water_[v] = boiled.water;
-      steam += region_->mass(static_cast<Index>(i)) * boiled.steam_heat;
+      steam += region_->mass(static_cast<Index>(i)) * (boiled.steam_heat + ablated.smoke_heat);
     }
     const double now = temperatures_[v];
     peaks_[v] = std::max(peaks_[v], now);
@@ -242,7 +246,7 @@ void HeatField::shrink() {
   }
   seeds_.clear();
   for (const Index v : region_->vertices()) {
-    if (is_warm(temperatures_[v], options_.active_rise) && mesh_.has_tissue(v)) {
+    if (mesh_.has_tissue(v) && takes_part(v)) {
       seeds_.push_back(v);
     }
   }

@@ -109,6 +109,7 @@ struct Cautery::Work final : Follower {
   void heat(const Solver& solver, const Generator& generator, double dt, CauteryReport& report);
   bool is_enough(double dose) const { return !(dose < options.link_energy); }
   bool is_full(Index link) const { return is_enough(link_doses[link]); }
+  double conductance_of(const TouchedLink& link) const;
   void sum_links();
   TissueLoad close_circuit(const Solver& solver, const Generator& generator, CauteryReport& report);
   OperatingPoint drive(const Generator& generator, const TissueLoad& load) const;
@@ -293,10 +294,17 @@ void Cautery::Work::touch(const Solver& solver, const Electrode& electrode, doub
   report.contact_links = static_cast<Index>(contact.links().size());
 }
 
+// S, 0 once a link has its energy.
+double Cautery::Work::conductance_of(const TouchedLink& link) const {
+  const double point_area = std::numbers::pi * options.contact_radius * options.contact_radius;
+  const double share = point_area / std::max(point_area, contact.area());
+  return is_full(link.link) ? 0 : options.link_conductance * link.nearness * share;
+}
+
 void Cautery::Work::sum_links() {
   links_conductance = 0;
-  for (const auto& [link, nearness] : contact.links()) {
-    links_conductance += is_full(link) ? 0 : options.link_conductance * nearness;
+  for (const TouchedLink& link : contact.links()) {
+    links_conductance += conductance_of(link);
   }
 }
 
@@ -388,20 +396,20 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
   for (const auto& [vertex, area] : current.cooled()) {
     cooling[vertex] = 0;
   }
-  for (const auto& [link, nearness] : contact.links()) {
-    if (is_full(link)) {
+  for (const TouchedLink& touched : contact.links()) {
+    if (is_full(touched.link)) {
       continue;
     }
-    double& dose = link_doses[link];
+    double& dose = link_doses[touched.link];
     // a link takes no more than parts it
-    const double offered = voltage * voltage * options.link_conductance * nearness * dt;
+    const double offered = voltage * voltage * conductance_of(touched) * dt;
     const double energy = std::min(offered, options.link_energy - dose);
     dose += energy;
     link_energy += energy;
     report.link_energy += energy;
     report.surplus_energy += offered - energy;
-    if (is_full(link)) {
-      parting_links.push_back(link);
+    if (is_full(touched.link)) {
+      parting_links.push_back(touched.link);
     }
   }
 }

@@ -28,6 +28,19 @@ double mean_edge(const ThermalMesh& mesh, const Triangle& triangle) {
          3;
 }
 
+double mean_water(const HeatField& field, Index tet) {
+  double water = 0;
+  for (const Index v : field.mesh().tets()[tet]) {
+    water += field.water()[v] / 4;
+  }
+  return water;
+}
+
+// m, of a regular tetrahedron of the same volume
+double edge_of(const ThermalMesh& mesh, Index tet) {
+  return std::cbrt(6 * std::numbers::sqrt2 * mesh.volume(tet));
+}
+
 double mean_temperature(const HeatField& field, Index tet) {
   double temperature = 0;
   for (const Index v : field.mesh().tets()[tet]) {
@@ -60,6 +73,7 @@ void Current::restore(const HeatField& field, std::vector<Index> warm_tets) noex
     find_conductivity(field, t);
   }
   warm_tets_ = std::move(warm_tets);
+  bridged_tets_.clear();
   cooled_.clear();
   shares_.clear();
 }
@@ -68,6 +82,7 @@ void Current::renumber(const HeatField& field, const Renumbering& ids) {
   const auto count = static_cast<std::size_t>(field.mesh().tet_count());
   renumber_values(conductivities_, ids.tets, count);
   renumber_list(warm_tets_, ids.tets);
+  renumber_list(bridged_tets_, ids.tets);
   seen_tets_.assign(count, 0);
   seen_vertices_.assign(static_cast<std::size_t>(field.mesh().vertex_count()), 0);
   cooled_.clear();
@@ -78,7 +93,9 @@ void Current::undo(const HeatField& field) noexcept {
   conductivities_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
   seen_tets_.resize(conductivities_.size());
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
-  std::erase_if(warm_tets_, [&](Index t) { return t >= field.mesh().tet_count(); });
+  for (std::vector<Index>* tets : {&warm_tets_, &bridged_tets_}) {
+    std::erase_if(*tets, [&](Index t) { return t >= field.mesh().tet_count(); });
+  }
   for (const Index v : field.mesh().touched()) {
     if (has_updated_) {  // what is back was left out while it was gone
       field.mesh().for_each_tet(v, [&](Index t) { find_conductivity(field, t); });
@@ -96,11 +113,21 @@ void Current::find_conductivity(const HeatField& field, Index tet) {
     conductivities_[tet] = tissue.electrical_conductivity;
     return;
   }
-  double water = 0;
-  for (const Index v : mesh.tets()[tet]) {
-    water += field.water()[v] / 4;
+  conductivities_[tet] =
+      electrical_conductivity(tissue, mean_temperature(field, tet), mean_water(field, tet));
+}
+
+// Sparks pass what is dry of a tetrahedron, as far as they reach.
+void Current::bridge(const HeatField& field) {
+  const ThermalMesh& mesh = field.mesh();
+  for (const Index t : bridged_tets_) {
+    if (mesh.is_alive(t)) {
+      const double passed = std::min(1.0, kSparkReach / edge_of(mesh, t));
+      conductivities_[t] =
+          electrical_conductivity(mesh.tissues()[mesh.tissue_of_tet(t)], mean_temperature(field, t),
+                                  std::lerp(mean_water(field, t), 1.0, passed));
+    }
   }
-  conductivities_[tet] = electrical_conductivity(tissue, mean_temperature(field, tet), water);
 }
 
 // Of tetrahedra that are warm, or not as wet as they were, and of those that were so until they
@@ -133,10 +160,16 @@ void Current::update_conductivities(const HeatField& field) {
       }
     }
   }
+  bridge(field);
 }
 
 void Current::touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact) {
   is_new_ = true;
+  for (const Index t : bridged_tets_) {
+    find_conductivity(field, t);
+  }
+  bridged_tets_.clear();
+  is_sparking_ = false;
   const NearestPoint& nearest = contact.nearest();
   const bool touches = nearest.gap <= radius_;
   disk_radius_ = std::sqrt(contact.area() / std::numbers::pi);
@@ -169,9 +202,9 @@ void Current::touch(const Solver& solver, const HeatField& field, const Electrod
 bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
   const auto is_wet = [&](Index v) { return field.water()[v] > field.model().dry_water; };
   contact.collect_patch(radius_, patch_, [&](Index v) { return !is_wet(v); });
-  const bool touches = contact.nearest().gap <= radius_;
-  if (is_disk_ || (touches && patch_.empty())) {
-    return false;
+  if (is_disk_) {
+    is_sparking_ = field.model().has_variable_conductivity;
+    return is_sparking_;
   }
   // through dry tissue, which may be thinner than the mesh resolves, to the wet tissue behind it
   behind_.clear();
@@ -194,9 +227,27 @@ bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
   if (patch_.empty()) {
     return false;
   }
+  find_bridged_tets(field);
   potential_.set_patch(patch_, contact.area());
   is_new_ = true;
   return true;
+}
+
+// Those at the patch.
+void Current::find_bridged_tets(const HeatField& field) {
+  if (!field.model().has_variable_conductivity) {
+    return;
+  }
+  ++round_;
+  for (const PatchVertex& touched : patch_) {
+    field.mesh().for_each_tet(touched.vertex, [&](Index t) {
+      if (seen_tets_[t] != round_) {
+        seen_tets_[t] = round_;
+        bridged_tets_.push_back(t);
+      }
+    });
+  }
+  bridge(field);
 }
 
 // Within some rings of a triangle of the surface.
@@ -241,9 +292,13 @@ TissueLoad Current::find_disk_load(const HeatField& field) {
   heat_.clear();
   for (const auto& [vertex, share] : shares_) {
     const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_vertex(vertex)];
+    double water = field.water()[vertex];
+    if (is_sparking_ && water > field.model().dry_water) {
+      water = 1;  // cells that large have wet tissue behind a dry layer
+    }
     const double conductivity =
         field.model().has_variable_conductivity
-            ? electrical_conductivity(tissue, field.temperatures()[vertex], field.water()[vertex])
+            ? electrical_conductivity(tissue, field.temperatures()[vertex], water)
             : tissue.electrical_conductivity;
     const double conductance = 4 * disk_radius_ * share * conductivity;
     load.conductance += conductance;

@@ -48,9 +48,10 @@ class Current {
   /// Takes over what an electrode touches; again for the same contact where positions changed.
   void touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact);
 
-  /// Where what is touched is dry, or not quite touched, lets current jump to wet surface within
-  /// kSparkReach of the contact, and through what is dry to the next wet vertices. Lasts until the
-  /// next touch().
+  /// Lets current jump to wet surface within kSparkReach of the contact, through what is dry to the
+  /// next wet vertices, and through as large a share of what is dry in cells there as kSparkReach
+  /// is of their edges; of a disk, through the dry layer of all cells that are not dry altogether.
+  /// Lasts until the next touch().
   /// @return  whether it is so
   bool arc(const HeatField& field, const ElectrodeContact& contact);
 
@@ -80,6 +81,8 @@ class Current {
 
  private:
   void find_conductivity(const HeatField& field, Index tet);
+  void bridge(const HeatField& field);
+  void find_bridged_tets(const HeatField& field);
   void find_near_tets(const HeatField& field, const Triangle& triangle);
   TissueLoad find_disk_load(const HeatField& field);
   TissueLoad find_potential_load(const Solver& solver);
@@ -91,9 +94,11 @@ class Current {
   ScenePositions& positions_;
   std::vector<double> conductivities_;  // [tet_count] S/m
   std::vector<Index> warm_tets_;        // that update_conductivities() looks at in any case
+  std::vector<Index> bridged_tets_;     // that sparks pass, until the next touch()
   bool has_updated_ = false;            // since the last edit
   bool is_disk_ = false;
-  bool is_new_ = false;  // touched since the last find_load()
+  bool is_sparking_ = false;  // of a disk, until the next touch()
+  bool is_new_ = false;       // touched since the last find_load()
   Index vertex_count_ = 0;
   std::vector<PatchVertex> patch_, behind_;
   std::vector<CooledVertex> cooled_;

@@ -92,6 +92,24 @@ double stefan_depth(double time) {
   return 2 * l * std::sqrt(diffusivity * time);
 }
 
+// Neumann's two-phase problem: the same from 37 degrees, its face at `wall`. With diffusivities a
+// (dry) and b (moist): k (Tw - Tv) / (sqrt(pi a) e^{l^2} erf l) - k (Tv - T0) / (sqrt(pi b) e^{l^2
+// a/b} erfc(l sqrt(a/b))) = rho w L l sqrt(a) (Carslaw and Jaeger 1959, 11.2).
+double neumann_depth(double wall, double time) {
+  const double dry = specific_heat(kLiver, 0.0);
+  const double a = kLiver.conductivity / (kLiver.density * dry);
+  const double b = kLiver.conductivity / (kLiver.density * kLiver.specific_heat);
+  const double latent = kLiver.density * kLiver.water_fraction * kLatentHeatOfWater;
+  const double l = root(1e-3, 2, [&](double x) {
+    const double y = x * std::sqrt(a / b);
+    return latent * x * std::sqrt(a) -
+           kLiver.conductivity *
+               ((wall - 100) / (std::sqrt(kPi * a) * std::exp(x * x) * std::erf(x)) -
+                63 / (std::sqrt(kPi * b) * std::exp(y * y) * std::erfc(y)));
+  });
+  return 2 * l * std::sqrt(a * time);
+}
+
 }  // namespace
 
 // Uniform power in an insulated box: 100 degrees after rho c (100 - 37) / q, dry rho w L / q later.
@@ -148,21 +166,19 @@ TEST_CASE("heat boiling: the drying front of boiling tissue moves as Stefan's", 
   }
 }
 
-// Neumann's two-phase problem: the same from 37 degrees. With diffusivities a (dry) and b (moist):
-// k (Tw - Tv) / (sqrt(pi a) e^{l^2} erf l) - k (Tv - T0) / (sqrt(pi b) e^{l^2 a/b} erfc(l
-// sqrt(a/b))) = rho w L l sqrt(a) (Carslaw and Jaeger 1959, 11.2).
 TEST_CASE("heat boiling: the drying front of cold tissue moves as Neumann's", "[validation]") {
-  const double dry = specific_heat(kLiver, 0.0);
-  const double a = kLiver.conductivity / (kLiver.density * dry);
-  const double b = kLiver.conductivity / (kLiver.density * kLiver.specific_heat);
-  const double latent = kLiver.density * kLiver.water_fraction * kLatentHeatOfWater;
-  const double l = root(1e-3, 2, [&](double x) {
-    const double y = x * std::sqrt(a / b);
-    return latent * x * std::sqrt(a) -
-           kLiver.conductivity * (300 / (std::sqrt(kPi * a) * std::exp(x * x) * std::erf(x)) -
-                                  63 / (std::sqrt(kPi * b) * std::exp(y * y) * std::erfc(y)));
-  });
-  CHECK(dried_depth(0.05e-3, 37, 400, 4, 0.5e-3) == Approx(2 * l * std::sqrt(a * 4)).epsilon(0.03));
+  CHECK(dried_depth(0.05e-3, 37, 400, 4, 0.5e-3) == Approx(neumann_depth(400, 4)).epsilon(0.03));
+}
+
+// Would catch a header that promises more: the front stands still while a step warms it.
+TEST_CASE("heat boiling: the drying front lags by the root of the step", "[validation]") {
+  const double exact = neumann_depth(200, 5);
+  for (const auto& [dt, least, most] : std::vector<std::array<double, 3>>{
+           {2e-3, 0.01, 0.035}, {10e-3, 0.03, 0.06}, {100e-3, 0.1, 0.18}}) {
+    const double lag = 1 - dried_depth(0.1e-3, 37, 200, 5, dt) / exact;
+    CAPTURE(dt, lag);
+    CHECK((lag > least && lag < most));
+  }
 }
 
 // Steady ablation: what is dry is removed, the flux q goes on to what lies bare, which recedes at
@@ -299,6 +315,23 @@ TEST_CASE("heat boiling: what heat has done stays done", "[property]") {
   }
   CHECK(*std::max_element(field.charred().begin(), field.charred().end()) > 0.1);
   CHECK(*std::min_element(field.survival().begin(), field.survival().end()) < 1e-3);
+}
+
+// Would catch dry tissue that heats without bound, 3083 degrees once, and smoke that no entry of
+// the ledger has.
+TEST_CASE("boiling: dry tissue gets no hotter than it takes to go up in smoke", "[property]") {
+  HeatField field(make_box({3, 3, 3}, 1e-3), kLiver, {}, kWhole);
+  const std::vector<HeatSource> sources = heat_all(field, 5e9);
+  double hottest = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const HeatReport report = field.step(1e-3, sources);
+    CHECK(report.hottest <= kAblationTemperature);
+    hottest = std::max(hottest, report.hottest);
+  }
+  CHECK(hottest == kAblationTemperature);
+  CHECK(*std::ranges::max_element(field.water()) == 0);
+  CHECK(sum(field.ledger()) == Approx(5e9 * 27e-9).epsilon(1e-12));
+  CHECK(std::abs(ledger_error(field.ledger())) < 1e-12 * field.ledger().in);
 }
 
 }  // namespace pbdsurg

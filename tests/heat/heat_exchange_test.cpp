@@ -3,6 +3,8 @@
 // tolerance is not of rounding, it is the error measured with another program of the same method,
 // with some room.
 #include <cmath>
+#include <numbers>
+#include <span>
 #include <vector>
 
 #include "pbdsurg/heat/heat_field.h"
@@ -133,6 +135,83 @@ TEST_CASE("heat conduction: a small body cools through its surface", "[validatio
   CHECK(field.temperatures()[0] - 20 == Approx(20 * std::exp(-1)).epsilon(0.01));
   const HeatLedger& ledger = field.ledger();
   CHECK(ledger.surface == Approx(ledger.in - ledger.sensible).epsilon(1e-12));
+}
+
+// The product of three slabs' series (Incropera, 5.5), from body temperature. Would catch a surface
+// that rests since its tissue is as warm as blood, whatever the air is.
+TEST_CASE("heat exchange: an ambient cools tissue at body temperature", "[validation]") {
+  constexpr double kHalf = 5e-3, kTransfer = 200, kTime = 60;
+  constexpr Index kCells = 8;
+  const double biot = kTransfer * kHalf / kLiver.conductivity;
+  const double fourier =
+      kLiver.conductivity / (kLiver.density * kLiver.specific_heat) * kTime / (kHalf * kHalf);
+  const auto slab = [&](double x) {  // x from the middle, of the half width
+    double sum = 0;
+    for (int n = 0; n < 20; ++n) {
+      double low = n * std::numbers::pi, high = low + std::numbers::pi / 2;
+      for (int i = 0; i < 60; ++i) {
+        const double zeta = (low + high) / 2;
+        (zeta * std::tan(zeta) < biot ? low : high) = zeta;
+      }
+      const double factor = 4 * std::sin(low) / (2 * low + std::sin(2 * low));
+      sum += factor * std::exp(-low * low * fourier) * std::cos(low * x);
+    }
+    return sum;
+  };
+  ThermalModel model;
+  model.surface_transfer = kTransfer;
+  model.ambient_temperature = 20;
+  HeatField field(make_box({kCells, kCells, kCells}, 2 * kHalf / kCells), kLiver, model);
+  for (int i = 0; i < 240; ++i) {
+    CHECK(field.step(kTime / 240, {}).active_vertices > 0);
+  }
+  const Index middle = (kCells / 2) * (1 + (kCells + 1) * (1 + (kCells + 1)));
+  CHECK(field.temperatures()[middle] == Approx(20 + 17 * std::pow(slab(0), 3)).margin(0.15));
+  CHECK(field.temperatures()[0] == Approx(20 + 17 * std::pow(slab(1), 3)).margin(0.15));
+  CHECK(field.ledger().surface > 0);
+  CHECK(field.ledger().sensible == Approx(-field.ledger().surface).epsilon(1e-9));
+
+  // as near as active_rise is too near to count, and costs nothing
+  model.ambient_temperature = kBodyTemperature + 0.05;
+  HeatField resting(make_box({2, 2, 2}, 1e-3), kLiver, model);
+  CHECK(resting.step(1, {}).active_vertices == 0);
+}
+
+// Would catch a surface that a cut opened and that stays warm.
+TEST_CASE("heat exchange: an ambient cools what an edit lays open", "[unit]") {
+  Scene scene;
+  const TetMesh mesh = make_box({6, 6, 6}, 5e-3);
+  scene.add_body("block", mesh);
+  Tissue tissue(scene);
+  const ThermalBody body{0, kLiver};
+  ThermalModel model;
+  model.surface_transfer = 200;
+  model.ambient_temperature = 20;
+  HeatField field(tissue, std::span(&body, 1), model);
+  TopologyEdit edit;
+  const Eigen::Vector3d inside(15e-3, 15e-3, 15e-3);
+  Index laid_open = kInvalidIndex;
+  for (Index t = 0; t < mesh.tet_count(); ++t) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const Index v : mesh.tets()[t]) {
+      middle += mesh.positions()[v] / 4;
+    }
+    if ((middle - inside).head<2>().cwiseAbs().maxCoeff() < 5e-3) {  // a shaft right through
+      edit.remove_tets.push_back(t);
+    }
+  }
+  for (Index v = 0; v < static_cast<Index>(mesh.positions().size()); ++v) {
+    if ((mesh.positions()[v] - (inside + Eigen::Vector3d(5e-3, 0, 0))).norm() < 1e-6) {
+      laid_open = v;
+    }
+  }
+  field.step(1, {});
+  CHECK(field.temperatures()[laid_open] == Approx(kBodyTemperature).margin(1e-3));
+  tissue.apply(edit);
+  for (int i = 0; i < 10; ++i) {
+    field.step(1, {});
+  }
+  CHECK(field.temperatures()[laid_open] < kBodyTemperature - 1);
 }
 
 }  // namespace pbdsurg

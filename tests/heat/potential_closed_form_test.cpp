@@ -6,6 +6,9 @@
 #include <numeric>
 #include <vector>
 
+#include "pbdsurg/heat/tissue_state.h"
+#include "pbdsurg/tissue/library.h"
+
 #include "lib/heat/local_system.h"
 #include "tests/support/catch.h"
 #include "tests/support/conduction_meshes.h"
@@ -82,6 +85,33 @@ TEST_CASE("potential: a bar has the resistance L / (sigma A) and is heated evenl
       CHECK(bar.field.tet_heat()[i] ==
             Approx(density * bar.mesh.volume(bar.field.tets()[i])).epsilon(1e-8));
     }
+  }
+}
+
+// A dry layer of 0.25 mm in a bar of 12 mm, R1 + R2: cells of 1 and 0.5 mm have it as a share of
+// their water, cells of 0.25 mm as dry cells. Would catch a resistance that depends on the mesh.
+TEST_CASE("potential: a dry layer has the same resistance in cells of any size", "[validation]") {
+  const ThermalProperties& liver = tissues::liver().heat;
+  constexpr double kDry = 0.25e-3;  // m
+  const double moist = electrical_conductivity(liver, 100.0, 1.0);
+  const double resistance =
+      (12e-3 - kDry) / (moist * 4e-6) + kDry / (kDryConductivity * moist * 4e-6);
+  for (const Index parts : {1, 2, 4}) {
+    const double edge = 1e-3 / parts;
+    Conductor bar(
+        testing::make_box({12 * parts, 2 * parts, 2 * parts}, edge),
+        [=](const auto& x) { return x.x() < 0.1 * edge; },
+        [=](const auto& x) { return x.x() > 12e-3 - 0.1 * edge; }, moist);
+    for (Index t = 0; t < bar.mesh.tet_count(); ++t) {
+      double middle = 0;
+      for (const Index v : bar.mesh.tets()[t]) {
+        middle += bar.mesh.rest_positions()[v].x() / 4;
+      }
+      if (middle > 6e-3 && middle < 6e-3 + edge) {
+        bar.conductivities[t] = electrical_conductivity(liver, 100.0, 1 - kDry / edge);
+      }
+    }
+    CHECK(bar.solve().conductance == Approx(1 / resistance).epsilon(1e-8));
   }
 }
 

@@ -160,7 +160,7 @@ TEST_CASE("cautery: what the generator delivered is the sum of its parts", "[val
   scene.add_link({corner, mesh.vertex_count() + 1, 1e-3F, {}});
   Solver solver(scene);
   const ThermalBody body{0, kLiver};
-  Cautery cautery(solver.tissue(), std::span(&body, 1), {.link_energy = 0.3});
+  Cautery cautery(solver.tissue(), std::span(&body, 1), {.link_energy = 0.03});
   const GeneratorSettings settings = GENERATE(cut_settings(30), coagulate_settings(30));
 
   CauteryReport sum;

@@ -4,6 +4,7 @@
 /// @file
 /// Temperature and state of living tissue, heated from outside.
 
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -40,7 +41,7 @@ struct TetHeatSource {
 struct HeatLedger {
   double in = 0;         ///< from sources, and from vertices whose temperature is held or set
   double sensible = 0;   ///< held as temperature above body temperature
-  double latent = 0;     ///< went with steam: latent heat, and what warmed that water
+  double latent = 0;     ///< went with steam: latent heat, and what warmed that water; with smoke
   double removed = 0;    ///< taken away with removed tetrahedra, what their steam took included
   double surface = 0;    ///< given to the ambient
   double perfusion = 0;  ///< carried off by blood
@@ -48,8 +49,8 @@ struct HeatLedger {
 
 /// How heat is computed.
 struct HeatOptions {
-  /// K from body temperature: what is nearer to it, and has no neighbour beyond, rests. 0: the
-  /// whole mesh takes part in every step.
+  /// K from body temperature: what is nearer to it, and has no neighbour beyond, rests; a surface
+  /// with an ambient beyond takes part in every step. 0: the whole mesh does.
   double active_rise = 0.1;
   double tolerance = 1e-6;    ///< of the linear system's residual, relative; (0, 1)
   int most_iterations = 200;  ///< of its solver, >= 1
@@ -106,12 +107,15 @@ struct HeatSnapshot {
 /// + G (T_body - T), which ends where tissue coagulates, and B loss at the surface, + h A (T_amb -
 /// T). Where linear elements have negative conductances they stay, so linear fields stay exact. A
 /// vertex at 100 degrees then stays there until its water has boiled away; damage and char
-/// follow from the temperature (heat/tissue_state.h).
+/// follow from the temperature (heat/tissue_state.h). Boiling off once a step makes a drying front
+/// of order 1/2 in the step: of Neumann's problem at 200 degrees on edges of 0.1 mm, after 5 s, it
+/// lags by 2.4, 4.4 and 14 % with steps of 2, 10 and 100 ms.
 ///
-/// Only the part takes part in which tissue is warm or heated, and some rings around it; its rim is
-/// insulated. It grows as it warms and shrinks as it cools. A step costs O(that part), whatever the
-/// size of the mesh, and allocates nothing unless the part grows beyond what it was. The same calls
-/// give the same bits for any number of threads, or on the same device.
+/// Only the part takes part in which tissue is warm or heated, or has a surface that the ambient
+/// warms or cools, and some rings around it; its rim is insulated. It grows as it warms and shrinks
+/// as it cools. A step costs O(that part), whatever the size of the mesh, and allocates nothing
+/// unless the part grows beyond what it was. The same calls give the same bits for any number of
+/// threads, or on the same device.
 ///
 /// Follows edits in O(changed); the next step takes up what changed. A new
 /// vertex starts between the two that it lies between, by its share: water, peak and state as
@@ -270,6 +274,13 @@ class PBDSURG_API HeatField final : public Follower {
   [[nodiscard]] Heat heat_of(std::span<const Index> vertices) const;
   void check(double dt, std::span<const HeatSource> sources,
              std::span<const TetHeatSource> tet_sources) const;
+  // whether the ambient warms or cools tissue at body temperature
+  [[nodiscard]] bool has_other_ambient() const {
+    return model_.surface_transfer > 0 &&
+           std::abs(model_.ambient_temperature - kBodyTemperature) > options_.active_rise;
+  }
+  // with its neighbours; of a vertex with tissue
+  [[nodiscard]] bool takes_part(Index vertex) const;
   void activate(std::span<const HeatSource> sources, std::span<const TetHeatSource> tet_sources);
   void fill_rows(double dt, std::span<const HeatSource> sources,
                  std::span<const TetHeatSource> tet_sources);

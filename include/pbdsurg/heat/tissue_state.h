@@ -59,6 +59,31 @@ PBDSURG_HOST_DEVICE Boiled<Real> boil(const ThermalProperties& tissue, Real temp
           latent * water + (before - dry) * (boiling - static_cast<Real>(kBodyTemperature))};
 }
 
+/// Degrees Celsius at which what is left of dry tissue has gone as gas and smoke: thermogravimetry
+/// of cartilage has its solids decompose up to 300 and degrade up to 500 degrees (Aparicio Rojas et
+/// al. 2023, Heliyon 9:e14853), collagen fibres from 250 on.
+inline constexpr double kAblationTemperature = 500;
+
+/// Dry tissue after ablation; all per kg of moist tissue.
+template <class Real>
+struct Ablated {
+  Real temperature;  ///< degrees Celsius, kAblationTemperature at most
+  Real smoke_heat;   ///< J/kg that gas and smoke took along
+};
+
+/// Bounds how hot dry tissue becomes: heat beyond kAblationTemperature goes with its smoke. For
+/// after boil(). Conserves energy as that does.
+/// @param water  share left; while there is any, tissue is no hotter than boiling water
+template <class Real>
+PBDSURG_HOST_DEVICE Ablated<Real> ablate(const ThermalProperties& tissue, Real temperature,
+                                         Real water) {
+  const auto hottest = static_cast<Real>(kAblationTemperature);
+  if (!(temperature > hottest)) {
+    return {temperature, 0};
+  }
+  return {hottest, specific_heat(tissue, water) * (temperature - hottest)};
+}
+
 /// Below this temperature no damage is counted: by the numbers alone, liver would be gone after an
 /// hour at body temperature.
 inline constexpr double kDamageTemperature = 43;
@@ -129,9 +154,11 @@ inline constexpr double kConductivityRise =
     0.015;                                        ///< 1/K, of ionic conduction; literature 1.5-2 %
 inline constexpr double kDryConductivity = 0.01;  ///< share of moist: two decades, as in ablation
 
-/// Electrical conductivity, S/m: rises with temperature up to boiling, and falls with the square of
-/// the water left (Archie's law for a partly filled porous medium) to kDryConductivity. Smooth in
-/// water and never zero, so that a dry shell blocks the current without a jump.
+/// Electrical conductivity, S/m: rises with temperature up to boiling. What has lost its water is
+/// in series with what has not: current dries the layer first that resists it most, however thin,
+/// so a cell with a share of dry tissue is one with a dry layer across the current. Its resistance
+/// is the sum of both, d (share / dry + (1 - share) / moist), whether a mesh resolves the layer or
+/// not. Never zero, so that a dry shell blocks the current without a jump.
 template <class Real>
 PBDSURG_HOST_DEVICE Real electrical_conductivity(const ThermalProperties& tissue, Real temperature,
                                                  Real water) {
@@ -140,8 +167,8 @@ PBDSURG_HOST_DEVICE Real electrical_conductivity(const ThermalProperties& tissue
   const Real rise =
       1 + static_cast<Real>(kConductivityRise) * (warm - static_cast<Real>(kBodyTemperature));
   const auto dry = static_cast<Real>(kDryConductivity);
-  return static_cast<Real>(tissue.electrical_conductivity) * rise *
-         (dry + (1 - dry) * water * water);
+  return static_cast<Real>(tissue.electrical_conductivity) * rise * dry /
+         (dry * water + (1 - water));
 }
 
 /// Heat that blood carries off, W/(m^3 K) (Pennes 1948): G in rho c dT/dt = ... - G (T - T_body).

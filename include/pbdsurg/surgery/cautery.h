@@ -51,18 +51,21 @@ struct CauteryOptions {
   /// 1/s, positive: tissue that boils off this share of its water a second, and has lost
   /// tearing_loss, is torn by its steam before it is dry.
   double tearing_rate = 0.3;
-  double tearing_loss = 0.02;  ///< share of its water, [0, 1]: see tearing_rate
+  double tearing_loss = 0.01;  ///< share of its water, [0, 1]: see tearing_rate
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
   /// Tetrahedra, and edges, whose rest shape one update changes at most, those farthest behind
   /// first; the others wait. Bounds what an edit costs; 0: no bound.
   Index shrink_limit = 0;
-  double link_energy = 0.8;  ///< J that part one link: 0.5 mm^3 of membrane boiled dry
-  /// S of a link at the electrode's axis, falling to 0 at the contact radius: that of a strand of
-  /// as much membrane, 1.4 mm^2 across and 0.35 mm long; none once it has its energy. By
-  /// conductance the current divides itself.
-  double link_conductance = 1.4e-3;
+  /// J that part one link: 0.5 mm^3 of membrane warmed until steam tears it, as tissue is torn
+  double link_energy = 0.085;
+  /// S of a link at the axis of an electrode that touches pi contact_radius^2, in proportion less
+  /// where it touches more, and falling to 0 at the contact radius; none once a link has its
+  /// energy. By conductance the current divides itself. Of the default, a link takes as much heat a
+  /// volume as tissue does within one radius of the contact, where half of a disk's heat is (Newman
+  /// 1966): 1.5 sigma V / A, for 0.5 mm^3 of membrane with 0.35 S/m on 5 mm^2.
+  double link_conductance = 5.2e-5;
   ThermalModel model{};                           ///< which physics of heat
   HeatOptions heat{};                             ///< how heat is computed
   PotentialOptions potential{.region_radii = 6};  ///< how current is computed
