@@ -19,7 +19,7 @@ constexpr double kDt = 5e-3;  // s
 pbdsurg::Index burn(pbdsurg::World& world, pbdsurg::BodyId organ, pbdsurg::ToolId hook) {
   const pbdsurg::Surface& skin = world.surface(organ);
   pbdsurg::Index tets = 0;
-  for (int step = 0; step < 300; ++step) {
+  for (int step = 0; step < 200; ++step) {
     const Eigen::Vector3f tip =
         *std::ranges::min_element(skin.positions(), {}, [](const auto& x) { return x.z(); });
     world.move(hook, pbdsurg::ToolPose(Eigen::Translation3f(tip)));

@@ -244,7 +244,7 @@ TEST_CASE("world state: current goes on, too, to the tolerance of its potential"
   CHECK(removed > 20);
   CHECK(std::abs(removed - others) <= 2);
   const double energy = world.cautery(slabs.burner).field().ledger().in;
-  CHECK(other.cautery(slabs.burner).field().ledger().in == testing::Approx(energy).epsilon(1e-2));
+  CHECK(other.cautery(slabs.burner).field().ledger().in == testing::Approx(energy).epsilon(2e-2));
 }
 
 // Would catch edits that are done in another order, or not at all, and ids that differ.
