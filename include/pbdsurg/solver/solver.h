@@ -319,9 +319,9 @@ class PBDSURG_API Solver {
   /// Constraints stay validly coloured: what is added takes a colour that is free at its vertices,
   /// or a new one; phases without a constraint leave the plan. A body that comes in is coloured by
   /// itself, into the colours that there are. New vertices move as what they are between. After an
-  /// undo, vertices that had tissue before and after the edit stay where they are and others are
-  /// where the edit found them; so if nothing moved since, all bits are those of before the edit,
-  /// and so are those of all later steps.
+  /// undo, vertices that had tissue before and after the edit stay where they are; others, and
+  /// those that it fixed, are where the edit found them; so if nothing moved since, all bits are
+  /// those of before the edit, and so are those of all later steps.
   ///
   /// An edit that changes no more than one before it, and adds no more than there is spare room for
   /// (SolverOptions::spare), allocates nothing; but one that brings bodies, in a joint plan, where
