@@ -23,8 +23,10 @@ enum class ElasticModel : std::uint8_t {
 /// substeps.
 inline constexpr float kLargestCompliance = 1e12F;
 
-/// Bounds of how many times as stiff as its body's material a tetrahedron may be.
-inline constexpr float kSmallestStiffness = 1e-3F, kLargestStiffness = 1e3F;
+/// How many times as stiff as its body's material a tetrahedron may be, at least.
+inline constexpr float kSmallestStiffness = 1e-3F;
+/// And at most.
+inline constexpr float kLargestStiffness = 1e3F;
 
 /// One type of constraint's resistance, in both projection modes; the solver's mode picks one.
 struct Stiffness {
