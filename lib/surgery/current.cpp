@@ -8,6 +8,7 @@
 
 #include "pbdsurg/heat/tissue_state.h"
 
+#include "lib/surgery/tet_means.h"
 #include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
@@ -28,25 +29,9 @@ double mean_edge(const ThermalMesh& mesh, const Triangle& triangle) {
          3;
 }
 
-double mean_water(const HeatField& field, Index tet) {
-  double water = 0;
-  for (const Index v : field.mesh().tets()[tet]) {
-    water += field.water()[v] / 4;
-  }
-  return water;
-}
-
 // m, of a regular tetrahedron of the same volume
 double edge_of(const ThermalMesh& mesh, Index tet) {
   return std::cbrt(6 * std::numbers::sqrt2 * mesh.volume(tet));
-}
-
-double mean_temperature(const HeatField& field, Index tet) {
-  double temperature = 0;
-  for (const Index v : field.mesh().tets()[tet]) {
-    temperature += field.temperatures()[v] / 4;
-  }
-  return temperature;
 }
 
 }  // namespace

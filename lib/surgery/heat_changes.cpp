@@ -9,6 +9,7 @@
 #include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/surgery/tet_means.h"
 #include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
@@ -27,14 +28,6 @@ bool has_boiled(const HeatField& field, Index vertex) {
 
 bool is_marked(const HeatField& field, Index vertex) {
   return has_boiled(field, vertex) || field.collagen()[vertex] < kUnmarkedCollagen;
-}
-
-double mean_water(const HeatField& field, Index tet) {
-  double water = 0;
-  for (const Index v : field.mesh().tets()[tet]) {
-    water += field.water()[v] / 4;
-  }
-  return water;
 }
 
 // J to warm a tetrahedron from body temperature and boil it dry.

@@ -40,12 +40,6 @@ class Spoiler {
 
   bool spoil() {
     switch (choices_.below(13)) {
-      case 12:
-        return spoil_stiffness();
-      case 10:
-        return spoil_link_length();
-      case 11:
-        return spoil_fixing();
       case 0:
         return spoil_removal();
       case 1:
@@ -61,6 +55,12 @@ class Spoiler {
         return spoil_new_tet();
       case 7:
         return spoil_new_link();
+      case 8:
+        return spoil_stiffness();
+      case 9:
+        return spoil_link_length();
+      case 10:
+        return spoil_fixing();
       default:
         return spoil_bodies(solver_, choices_, edit_);
     }
