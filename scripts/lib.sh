@@ -81,6 +81,7 @@ configure_preset() {
   if command -v ccache >/dev/null; then  # what was compiled before, here or in another clone
     export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER-ccache}"
     export CMAKE_CUDA_COMPILER_LAUNCHER="${CMAKE_CUDA_COMPILER_LAUNCHER-ccache}"
+    export CCACHE_BASEDIR="${CCACHE_BASEDIR-$root}"  # else paths of another clone differ
   fi
   (cd "$root" && cmake --preset "$preset" "$@") >"$log" 2>&1 || {
     cat "$log" >&2

@@ -169,6 +169,16 @@ void TriangleCull::find(std::span<const CulledSurface> surfaces, std::span<const
   note_reaches(balls.size(), margin);
 }
 
+void TriangleCull::find_within(std::span<const CulledSurface> surfaces,
+                               std::span<const ToolPoint> balls, std::span<const float> distances) {
+  reaches_ = Reaches(balls);
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    reaches_.distance[static_cast<Eigen::Index>(i)] = distances[i];
+  }
+  take(surfaces, reaches_, near_);
+  note_reaches(balls.size(), 0);
+}
+
 void TriangleCull::tighten(float margin) {
   reaches_.distance = reaches_.distance.min(near_.nearest_corner + 2 * margin);
   std::size_t kept = 0;

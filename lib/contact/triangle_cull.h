@@ -36,6 +36,12 @@ class TriangleCull {
   void find(std::span<const CulledSurface> surfaces, std::span<const ToolPoint> balls,
             std::span<const float> whole, float margin);
 
+  /// All that have some within a distance of a ball's center, and a few more.
+  /// @param distances  [ball] m, not negative
+  /// @throws InvalidArgument  as find()
+  void find_within(std::span<const CulledSurface> surfaces, std::span<const ToolPoint> balls,
+                   std::span<const float> distances);
+
   /// Leaves out of them what lies beyond the nearest triangle of each ball, however it moves by the
   /// margin. That needs the surfaces to stay what they are.
   /// @param margin  m, that of find()

@@ -177,10 +177,12 @@ struct Kinds {
 }  // namespace
 
 // Would catch a margin that is too small, an order of triangles that is another, a deep point whose
-// nearest triangle is left out, positions that are old, and ids and edits that are followed late.
+// nearest triangle is left out, positions that are old, ids and edits that are followed late, and
+// triangles that are looked at too late, or forgotten, where the tool wanders for long.
 TEST_CASE("contact patch: a packet has the bits of a search through all triangles",
           "[validation]") {
   constexpr int kPoses = 400;
+  const int stay = GENERATE(4, 25);
   Ruin ruin;
   Solver& solver = ruin.solver();
   const std::vector<Index> bodies{0, 1};
@@ -193,7 +195,7 @@ TEST_CASE("contact patch: a packet has the bits of a search through all triangle
   double kept = 0;
   ToolPose pose = ToolPose::Identity();
   for (int i = 0; i < kPoses; ++i) {
-    if (i % 4 == 0) {  // elsewhere; in between it moves a little
+    if (i % stay == 0) {  // elsewhere; in between it moves a little
       pose = pose_at(kMiddle + Eigen::Vector3f(0.02F, 0, 0) + random_vector(1, i, 0.03F),
                      random_vector(2, i, 3));
     } else {
@@ -242,7 +244,7 @@ TEST_CASE("contact patch: a packet has the bits of a search through all triangle
     }
   }
   CAPTURE(kinds.without, kinds.some, kinds.all, kinds.deep, looked_elsewhere, kept / kPoses);
-  CHECK(kinds.without > kPoses / 10);
+  CHECK(kinds.without > kPoses / 20);
   CHECK(kinds.some > kPoses / 10);
   CHECK(kinds.all > kPoses / 10);
   CHECK(kinds.deep > kPoses / 40);
