@@ -8,7 +8,7 @@
 namespace pbdsurg {
 namespace {
 
-constexpr std::size_t kGroup = 256;                             // slots
+constexpr Index kGroup = 256;                                   // slots
 constexpr float kAll = std::numeric_limits<float>::infinity();  // m: surfaces are whole
 
 }  // namespace
@@ -42,7 +42,11 @@ CulledSurface NearTriangles::culled(const Tissue& tissue, std::size_t body,
 
 void NearTriangles::add_near(const Tissue& tissue, std::vector<CulledSurface>& surfaces) const {
   for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-    surfaces.push_back(culled(tissue, i, surfaces_[i].near, positions_));
+    for (const Group& group : surfaces_[i].groups) {
+      if (!group.near.empty()) {
+        surfaces.push_back(culled(tissue, i, group.near_triangles, positions_));
+      }
+    }
   }
 }
 
@@ -52,9 +56,13 @@ void NearTriangles::note_reaches(std::span<const float> reaches) {
   }
 }
 
-std::span<const Triangle> NearTriangles::triangles_of(const Surface& surface, std::size_t group) {
-  const std::span<const Triangle> all = surface.triangles;
-  return all.subspan(group * kGroup, std::min(kGroup, all.size() - group * kGroup));
+template <class Visit>
+void NearTriangles::for_each_group(Visit visit) {
+  for (Surface& surface : surfaces_) {
+    for (Group& group : surface.groups) {
+      visit(group);
+    }
+  }
 }
 
 void NearTriangles::forget() {
@@ -68,7 +76,6 @@ void NearTriangles::forget() {
   }
 }
 
-// What an edit shows is near until its group is looked at.
 void NearTriangles::follow_edits(const Solver& solver) {
   const auto vertex_count = static_cast<std::size_t>(solver.vertex_count());
   const bool has_old_ids =
@@ -84,10 +91,9 @@ void NearTriangles::follow_edits(const Solver& solver) {
       follow(surface);
     }
   }
-  positions_.resize(vertices_.size());
-  seen_at_.resize(vertices_.size());
 }
 
+// What an edit shows is near until its group is looked at.
 void NearTriangles::follow(Surface& surface) {
   const auto place_of = [&](Index vertex) {
     if (places_[vertex] == kInvalidIndex) {
@@ -98,40 +104,64 @@ void NearTriangles::follow(Surface& surface) {
   };
   surface.live->collect_changes(surface.seen_version, ranges_);
   surface.seen_version = surface.live->version();
-  surface.triangles.resize(static_cast<std::size_t>(surface.live->slot_count()));
-  const std::size_t known = surface.groups.size();
-  surface.groups.resize((surface.triangles.size() + kGroup - 1) / kGroup);
-  for (std::size_t group = known; group < surface.groups.size(); ++group) {
-    take_turn(surface.groups[group]);
-  }
-  std::size_t changed = surface.groups.size();  // the last that was
-  const auto sort_changed = [&] {
-    if (changed < surface.groups.size()) {
-      std::vector<Index>& near = surface.groups[changed].near;
-      std::ranges::sort(near);
-      near.erase(std::unique(near.begin(), near.end()), near.end());
+  const Index slots = surface.live->slot_count();
+  surface.groups.resize(static_cast<std::size_t>((slots + kGroup - 1) / kGroup));
+  for (std::size_t g = 0; g < surface.groups.size(); ++g) {
+    Group& group = surface.groups[g];
+    const Index first = static_cast<Index>(g) * kGroup;
+    if (group.triangles.empty()) {  // new: all that it will have is near
+      group.looked_at = travelled_;
+      group.slack = kSlack;
+      std::ranges::copy(reaches_, group.reaches.begin());
     }
-  };
-  for (const SlotRange& range : ranges_) {
-    for (Index slot = range.first; slot < range.end; ++slot) {
-      const auto& [a, b, c] = surface.live->triangles()[slot];
-      surface.triangles[slot] =
-          a == b ? Triangle{0, 0, 0} : Triangle{place_of(a), place_of(b), place_of(c)};
-      const std::size_t group = static_cast<std::size_t>(slot) / kGroup;
-      if (group != changed) {
-        sort_changed();
-        changed = group;
+    const auto count = static_cast<std::size_t>(std::min(kGroup, slots - first));
+    bool has_changed = group.triangles.size() != count;
+    group.triangles.resize(count);
+    for (const SlotRange& range : ranges_) {
+      const Index end = std::min(range.end, first + kGroup);
+      for (Index slot = std::max(range.first, first); slot < end; ++slot) {
+        const auto& [a, b, c] = surface.live->triangles()[slot];
+        group.triangles[slot - first] =
+            a == b ? Triangle{0, 0, 0} : Triangle{place_of(a), place_of(b), place_of(c)};
+        group.near.push_back(slot - first);
+        has_changed = true;
       }
-      surface.groups[group].near.push_back(slot);
+    }
+    if (has_changed) {
+      std::ranges::sort(group.near);
+      group.near.erase(std::unique(group.near.begin(), group.near.end()), group.near.end());
+      std::erase_if(group.near, [&](Index slot) {
+        return static_cast<std::size_t>(slot) >= group.triangles.size() ||
+               group.triangles[slot][0] == group.triangles[slot][1];
+      });
+      positions_.resize(vertices_.size());
+      seen_at_.resize(vertices_.size());
+      list_vertices(group.triangles, group.vertices);
+      list_near(group);
     }
   }
-  sort_changed();
-  for (Group& group : surface.groups) {
-    std::erase_if(group.near, [&](Index slot) {
-      return static_cast<std::size_t>(slot) >= surface.triangles.size() ||
-             surface.triangles[slot][0] == surface.triangles[slot][1];
-    });
+}
+
+void NearTriangles::list_vertices(std::span<const Triangle> triangles,
+                                  std::vector<Index>& vertices) {
+  ++lists_;
+  vertices.clear();
+  for (const Triangle& triangle : triangles) {
+    for (const Index vertex : triangle) {
+      if (triangle[0] != triangle[1] && seen_at_[vertex] != lists_) {
+        seen_at_[vertex] = lists_;
+        vertices.push_back(vertex);
+      }
+    }
   }
+}
+
+void NearTriangles::list_near(Group& group) {
+  group.near_triangles.clear();
+  for (const Index slot : group.near) {
+    group.near_triangles.push_back(group.triangles[slot]);
+  }
+  list_vertices(group.near_triangles, group.near_vertices);
 }
 
 // m, that a ball or tissue may have gone since the last step; infinite if nothing tells
@@ -146,73 +176,30 @@ float NearTriangles::way_of(std::span<const ToolPoint> balls, double time) const
   return farthest + fastest_tissue_ * static_cast<float>(time - time_);
 }
 
-void NearTriangles::take_turn(Group& group) {
-  group.looked_at = travelled_;
-  std::ranges::copy(reaches_, group.reaches.begin());
-}
-
 // Whether something that was too far when it was looked at may matter now.
 bool NearTriangles::is_due(const Group& group) const {
-  double gone = travelled_ - group.looked_at;
   float farther = 0;
   for (std::size_t i = 0; i < reaches_.size(); ++i) {
     farther = std::max(farther, reaches_[i] - group.reaches[i]);
   }
-  return !(gone + double{farther} < double{kSlack});
+  return !(travelled_ - group.looked_at + double{farther} < double{group.slack});
 }
 
-// Those that are due, and so many in turn that few will be.
-void NearTriangles::choose_groups(float way) {
-  chosen_.clear();
-  std::size_t count = 0;
-  for (const Surface& surface : surfaces_) {
-    count += surface.groups.size();
-  }
-  const auto turns =
-      static_cast<std::size_t>(std::ceil(std::min(1.0F, way / kSlack) * static_cast<float>(count)));
-  next_ = next_ < count ? next_ : 0;
-  std::size_t place = 0;
-  for (std::size_t s = 0; s < surfaces_.size(); ++s) {
-    for (std::size_t g = 0; g < surfaces_[s].groups.size(); ++g, ++place) {
-      const std::size_t wait = place < next_ ? place + count - next_ : place - next_;
-      if (wait < turns || is_due(surfaces_[s].groups[g])) {
-        chosen_.push_back({s, g});
-      }
-    }
-  }
-  next_ = count == 0 ? 0 : (next_ + turns) % count;
-}
-
-// The vertices of what is near and of chosen groups.
+// The vertices of what is near, and of groups that are due.
 void NearTriangles::read(const Solver& solver) {
-  ++lists_;
   read_.clear();
-  read_vertices_.clear();
-  const auto add = [&](const Triangle& triangle) {
-    for (const Index vertex : triangle) {
-      if (seen_at_[vertex] != lists_) {
-        seen_at_[vertex] = lists_;
-        read_.push_back(vertex);
-        read_vertices_.push_back(vertices_[vertex]);
-      }
-    }
-  };
-  for (const Surface& surface : surfaces_) {
-    for (const Group& group : surface.groups) {
-      for (const Index slot : group.near) {
-        add(surface.triangles[slot]);
-      }
-    }
-  }
-  for (const GroupPlace& chosen : chosen_) {
-    for (const Triangle& triangle : triangles_of(surfaces_[chosen.surface], chosen.group)) {
-      if (triangle[0] != triangle[1]) {
-        add(triangle);
-      }
-    }
+  for_each_group([&](const Group& group) {
+    read_.insert(read_.end(), group.near_vertices.begin(), group.near_vertices.end());
+  });
+  for (const Group* group : looked_at_) {
+    read_.insert(read_.end(), group->vertices.begin(), group->vertices.end());
   }
   if (read_.empty()) {  // a step may run, and reading would wait for it
     return;
+  }
+  read_vertices_.clear();
+  for (const Index vertex : read_) {
+    read_vertices_.push_back(vertices_[vertex]);
   }
   read_positions_.resize(read_.size());
   solver.read_positions(read_vertices_, read_positions_);
@@ -221,64 +208,59 @@ void NearTriangles::read(const Solver& solver) {
   }
 }
 
-// Gives what was found, by its places in all triangles of chosen groups, to these.
-void NearTriangles::share_found() {
+// Gives groups what was found of them.
+void NearTriangles::note_found() {
   auto place = cull_.places().begin();
   std::size_t first = 0;
-  for (const GroupPlace& chosen : chosen_) {
-    Surface& surface = surfaces_[chosen.surface];
-    Group& group = surface.groups[chosen.group];
+  for (std::size_t i = 0; i < looked_at_.size(); ++i) {
+    Group& group = *looked_at_[i];
     group.near.clear();
-    const std::size_t end = first + triangles_of(surface, chosen.group).size();
+    const std::size_t end = first + group.triangles.size();
     for (; place != cull_.places().end() && *place < end; ++place) {
-      group.near.push_back(static_cast<Index>(*place - first + chosen.group * kGroup));
+      group.near.push_back(static_cast<Index>(*place - first));
     }
     first = end;
-    take_turn(group);
+    list_near(group);
+    group.looked_at = travelled_;
+    group.slack = std::min(kSlack + cull_.gaps()[i], kMostSlack);
+    std::ranges::copy(reaches_, group.reaches.begin());
   }
 }
 
-void NearTriangles::look_at_chosen(std::span<const ToolPoint> balls) {
+void NearTriangles::look_at_due(std::span<const ToolPoint> balls) {
   culled_.clear();
-  for (const GroupPlace& chosen : chosen_) {
-    culled_.push_back({triangles_of(surfaces_[chosen.surface], chosen.group), positions_, 0, 0});
+  for (const Group* group : looked_at_) {
+    culled_.push_back({group->triangles, positions_, 0, 0});
   }
   distances_.clear();
   for (const float reach : reaches_) {
     distances_.push_back(reach + kSlack);
   }
   cull_.find_within(culled_, balls, distances_);
-  share_found();
+  note_found();
 }
 
 // Which balls are deep in tissue, and how deep, is known of this alone.
 void NearTriangles::look_at_all(const Solver& solver, std::span<const ToolPoint> balls) {
   solver.read_positions(vertices_, positions_);
   culled_.clear();
-  chosen_.clear();
-  for (std::size_t s = 0; s < surfaces_.size(); ++s) {
-    culled_.push_back({surfaces_[s].triangles, positions_, 0, 0});
-    for (std::size_t g = 0; g < surfaces_[s].groups.size(); ++g) {
-      chosen_.push_back({s, g});
-    }
-  }
+  looked_at_.clear();
+  for_each_group([&](Group& group) {
+    looked_at_.push_back(&group);
+    culled_.push_back({group.triangles, positions_, 0, 0});
+  });
   distances_.assign(balls.size(), kAll);
   cull_.find(culled_, balls, distances_, ContactPatch::kMargin + kSlack);
   reaches_.resize(balls.size());
   note_reaches(cull_.reaches());
-  share_found();
-  has_looked_ = true;
-}
-
-void NearTriangles::list_near() {
-  for (Surface& surface : surfaces_) {
-    surface.near.clear();
-    for (const Group& group : surface.groups) {
-      for (const Index slot : group.near) {
-        surface.near.push_back(surface.triangles[slot]);
-      }
-    }
+  note_found();
+  constexpr double kGoldenRatio = 0.6180339887;
+  double turn = 0;
+  for (Group* group : looked_at_) {  // so that they are not all due at once
+    turn += kGoldenRatio;
+    group->slack *= static_cast<float>(0.5 + 0.5 * (turn - std::floor(turn)));
   }
+  has_looked_ = true;
 }
 
 void NearTriangles::update(const Solver& solver, std::span<const ToolPoint> balls, double time) {
@@ -289,13 +271,17 @@ void NearTriangles::update(const Solver& solver, std::span<const ToolPoint> ball
     for (float& reach : reaches_) {
       reach += way;
     }
-    choose_groups(way);
+    looked_at_.clear();
+    for_each_group([&](Group& group) {
+      if (is_due(group)) {
+        looked_at_.push_back(&group);
+      }
+    });
     read(solver);
-    look_at_chosen(balls);
+    look_at_due(balls);
   } else {
     look_at_all(solver, balls);
   }
-  list_near();
   balls_.assign(balls.begin(), balls.end());
   time_ = time;
 }

@@ -21,12 +21,13 @@
 
 namespace pbdsurg {
 
-/// Reads from a solver the vertices around a tool alone, and looks at those of all surfaces little
-/// by little: groups of triangles take turns, so that each is looked at before the tool and the
-/// tissue have gone kSlack since. What a look finds that near is read in every step until the next.
+/// Reads from a solver the vertices around a tool alone, and looks at all surfaces group by group,
+/// each before what was too far in it may have come near: by the way that the tool and the tissue
+/// may have gone since. What a look finds near is read in every step until the next.
 class NearTriangles {
  public:
-  static constexpr float kSlack = 3e-3F;  ///< m
+  static constexpr float kSlack = 3e-3F;       ///< m: what is nearer than that is near already
+  static constexpr float kMostSlack = 12e-3F;  ///< m: a group waits no longer, however far it is
 
   /// @param bodies         [n] of the tissue
   /// @param fastest_tissue m/s
@@ -38,7 +39,7 @@ class NearTriangles {
   /// @throws InvalidArgument  if it is another tissue
   void check_tissue(const Tissue& tissue) const;
 
-  /// Reads what is near, what edits show, and the groups whose turn it is.
+  /// Reads what is near, what edits show, and the groups that are due.
   /// @param balls  of the tool, in the scene; as many as before
   /// @param time   s; where it goes back all is looked at
   void update(const Solver& solver, std::span<const ToolPoint> balls, double time);
@@ -50,7 +51,7 @@ class NearTriangles {
   /// @param reaches  [ball] of TriangleCull::find() with ContactPatch::kMargin
   void note_reaches(std::span<const float> reaches);
 
-  /// Adds a surface for each body, with what is near of it.
+  /// Adds what is near, body by body, in the order of their surfaces.
   void add_near(const Tissue& tissue, std::vector<CulledSurface>& surfaces) const;
 
   /// Of a body, with what it is made of; empty once a compaction has left it out.
@@ -59,22 +60,22 @@ class NearTriangles {
                                      std::span<const Eigen::Vector3f> positions) const;
 
  private:
-  // Slots that are looked at together, and what was found near.
+  // Slots that are looked at together, and what was found near. Corners are in vertices_.
   struct Group {
+    std::vector<Triangle> triangles{};  // [slot]
+    std::vector<Index> vertices{};      // theirs, once each
+    std::vector<Index> near{};          // slots, ascending
+    std::vector<Triangle> near_triangles{};
+    std::vector<Index> near_vertices{};                              // once each
     double looked_at = 0;                                            // m, of travelled_
+    float slack = 0;                                                 // m, from there on
     std::array<float, ContactPacket::kLargestPlaneCount> reaches{};  // [ball] m, reaches_ then
-    std::vector<Index> near{};                                       // slots, ascending
   };
   struct Surface {
     std::shared_ptr<const LiveSurface> live;
     std::uint64_t seen_version = 0;
     int seen_renumberings = 0;
-    std::vector<Triangle> triangles{};  // [slot] corners in vertices_
     std::vector<Group> groups{};
-    std::vector<Triangle> near{};  // of all groups
-  };
-  struct GroupPlace {
-    std::size_t surface, group;
   };
 
   void forget();
@@ -82,15 +83,14 @@ class NearTriangles {
   void follow(Surface& surface);
   [[nodiscard]] float way_of(std::span<const ToolPoint> balls, double time) const;
   [[nodiscard]] bool is_due(const Group& group) const;
-  void choose_groups(float way);
   void read(const Solver& solver);
   void look_at_all(const Solver& solver, std::span<const ToolPoint> balls);
-  void share_found();
-  void look_at_chosen(std::span<const ToolPoint> balls);
-  void list_near();
-  void take_turn(Group& group);
-  [[nodiscard]] static std::span<const Triangle> triangles_of(const Surface& surface,
-                                                              std::size_t group);
+  void look_at_due(std::span<const ToolPoint> balls);
+  void note_found();
+  void list_near(Group& group);
+  void list_vertices(std::span<const Triangle> triangles, std::vector<Index>& vertices);
+  template <class Visit>
+  void for_each_group(Visit visit);
 
   float fastest_tissue_;  // m/s
   std::vector<Surface> surfaces_;
@@ -102,10 +102,9 @@ class NearTriangles {
   double time_ = 0;                         // s, likewise
   std::vector<float> reaches_;              // [ball] m
   bool has_looked_ = false;
-  std::size_t next_ = 0;  // of all groups, whose turn is next
 
   // scratch
-  std::vector<GroupPlace> chosen_;
+  std::vector<Group*> looked_at_;
   std::vector<CulledSurface> culled_;
   std::vector<float> distances_;  // [ball] m
   std::vector<Index> read_, read_vertices_;

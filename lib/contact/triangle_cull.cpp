@@ -75,6 +75,7 @@ void TriangleCull::take(std::span<const CulledSurface> surfaces, const Reaches& 
                         Taken& taken) {
   taken.triangles.clear();
   taken.places.clear();
+  taken.gaps.assign(surfaces.size(), kFar);
   const float farthest = reaches.distance.maxCoeff();
   EachBall nearest = EachBall::Constant(kFar);
   for_each_triangle(surfaces, [&](std::size_t place, const CulledSurface& surface,
@@ -82,7 +83,9 @@ void TriangleCull::take(std::span<const CulledSurface> surfaces, const Reaches& 
     const float ab = (b - a).squaredNorm(), ac = (c - a).squaredNorm();
     const float outside = (reaches.low - a).cwiseMax(a - reaches.high).cwiseMax(0).squaredNorm();
     const float size = std::sqrt(std::max(ab, ac)), far = farthest + size + kDistanceRounding;
+    float& gap = taken.gaps[static_cast<std::size_t>(&surface - surfaces.data())];
     if (!(outside <= far * far) || !(ab + ac < kFar)) {  // or not finite
+      gap = std::min(gap, std::sqrt(outside) - far);
       return;
     }
     const EachBall squares = reaches.squares_to(a);
@@ -90,6 +93,8 @@ void TriangleCull::take(std::span<const CulledSurface> surfaces, const Reaches& 
     if ((squares <= (reaches.distance + (size + kDistanceRounding)).square()).any()) {
       taken.triangles.push_back({{a, b, c}, size, surface.youngs_modulus, surface.poissons_ratio});
       taken.places.push_back(place);
+    } else {
+      gap = 0;
     }
   });
   taken.nearest_corner = nearest.sqrt();
@@ -98,7 +103,12 @@ void TriangleCull::take(std::span<const CulledSurface> surfaces, const Reaches& 
 // m, to the nearest triangle of all, negative inside; infinite beyond a box around all
 float TriangleCull::search(std::span<const CulledSurface> surfaces, const Vector3f& point) {
   Eigen::Array3f low = Eigen::Array3f::Constant(kFar), high = -low;
+  const Vector3f* seen = nullptr;
   for (const CulledSurface& surface : surfaces) {
+    if (surface.positions.data() == seen) {  // another part of the last
+      continue;
+    }
+    seen = surface.positions.data();
     for (const Vector3f& x : surface.positions) {
       low = low.min(x.array());
       high = high.max(x.array());

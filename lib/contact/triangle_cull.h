@@ -53,6 +53,8 @@ class TriangleCull {
   }
   /// [ball] m: see PatchPoint::reach
   [[nodiscard]] std::span<const float> reaches() const noexcept { return ball_reaches_; }
+  /// [surface] m: by how much farther all others are, at least
+  [[nodiscard]] std::span<const float> gaps() const noexcept { return near_.gaps; }
   /// [n] of each, where it stands in all triangles of all surfaces
   [[nodiscard]] std::span<const std::size_t> places() const noexcept { return near_.places; }
 
@@ -73,6 +75,7 @@ class TriangleCull {
   struct Taken {
     std::vector<PatchTriangle> triangles;
     std::vector<std::size_t> places;
+    std::vector<float> gaps;  // [surface] m
     EachBall nearest_corner;  // m, of those that may be in reach
   };
 

@@ -29,7 +29,7 @@ struct TouchedSurface {
 class PBDSURG_API ContactProbe {
  public:
   /// m/s, of tissue: what a probe that reads a solver counts with. Faster tissue is seen within
-  /// 12 ms.
+  /// 48 ms.
   static constexpr float kFastestTissue = 0.25F;
 
   /// @param bodies  [n] of the solver's tissue
@@ -46,10 +46,11 @@ class PBDSURG_API ContactProbe {
   /// Fills a patch with all that the tool may meet within ContactPatch::kMargin. The nearest points
   /// of its triangles are those of the whole surfaces, to the bit.
   ///
-  /// Reads from the solver the vertices around the tool alone, from a device in one transfer, and
-  /// those that edits show; all others once the tool and kFastestTissue may have gone 3 mm, after a
-  /// compaction, or if time goes back. After Solver::write_positions() and restore() that may be 12
-  /// ms late.
+  /// Reads from the solver the vertices around the tool, from a device in one transfer, those that
+  /// edits show, and of all others groups in turn, each before the tool and kFastestTissue may have
+  /// brought it near, and after 12 mm of these at the latest. It looks at all at once where they
+  /// may have gone 3 mm since the last call, after a compaction, and if time goes back. After
+  /// Solver::write_positions() and restore() what it sees may be 48 ms late.
   ///
   /// Cost: O(triangles around the tool), 0.03 ms of eight points on 10,800 triangles; where it
   /// looks at all O(triangles), 0.1 ms (contact_probe_bench, one of two cores of a Xeon at 2.6
