@@ -163,7 +163,7 @@ constexpr const char* kLegend = R"(# Haptic rate
 
 - steps of 1 ms against the clock, by default options and a drag of 20/s: a ball of 4 mm presses 5 mm deep into a hollow gallbladder of 15 kPa and slides 12 mm to either side in 4 s, with 30 W in every second step; the first second is not counted
 - a step: from its start to the force that a hand gets; solver: with the edit that heat asks for, which a device hides; late: a step's start after it was due; the limit of the share above 1 ms is a GPU's
-- heat: in a thread beside the steps, every second one starts it; where it is not ready (late, % of the times it was due), the next stands for a longer stretch; reading: positions for it; edit: of the solver's time; eight tetrahedra shrink at most
+- heat: in a thread beside the steps, every second one starts it, but for those that take an edit of the last; where it is not ready (late, % of the times it was due), the next stands for a longer stretch; reading: positions for it; edit: of the solver's time; four tetrahedra shrink at most
 - walk: 50,000 places in 1 MiB of memory, one every 2 ms before the steps begin: always the same work, whose long ones are the machine's
 - force on the ball after it has rested for 2 s, before it burns, and that of the static solution of the same mesh by Newton's method in double precision; off by: the difference of the two vectors; felt: what the servo computes of it
 )";

@@ -8,6 +8,7 @@
 #include <exception>
 #include <semaphore>
 #include <thread>
+#include <utility>
 
 #include "pbdsurg/heat/generator.h"
 #include "pbdsurg/solver/solver.h"
@@ -37,8 +38,10 @@ class HeatThread {
   /// Waits for nothing.
   /// @throws Error  whatever heat threw
   [[nodiscard]] bool is_busy();
-  /// Of what was started last, while it is not busy. Null before.
-  [[nodiscard]] Heated* result() { return has_result_ ? &heated_ : nullptr; }
+  /// Of what was started last, while it is not busy: once, then null, as before the first.
+  [[nodiscard]] Heated* take_result() {
+    return std::exchange(has_result_, false) ? &heated_ : nullptr;
+  }
 
  private:
   void run();

@@ -18,7 +18,7 @@ namespace {
 constexpr float kRadius = 4e-3F;     // m, of the ball
 constexpr double kModulus = 15e3;    // Pa: under that ball 150 N/m, which a servo renders as it is
 constexpr float kDrag = 20;          // 1/s, as in the demo: it stands for the organs around
-constexpr Index kMostShrinking = 8;  // tets an edit: some 0.1 ms
+constexpr Index kMostShrinking = 4;  // tets an edit: some 0.1 ms
 constexpr double kPower = 30;        // W, as the demo's hook
 
 constexpr float kMiddle = 35e-3F, kFarthest = 12e-3F;  // m, along x: where the top is level
@@ -108,17 +108,18 @@ RateStep RateLoop::step(double depth, double way, bool burns) {
   RateStep step;
   ContactPacket packet;
   StepReport report;
-  Heated* heated = nullptr;
-  // not in those, every twelfth, in which the probe looks at all surfaces
-  bool is_heat_due = burns && steps_ % 2 == 1;
-  if (is_heat_due) {
-    owed_ += 2 * kStep;
-    step.is_heat_late = heat_.is_busy();
-    is_heat_due = !step.is_heat_late;
+  // reading for heat and the edit that it asks for are of two steps, as each is a part of one
+  if (burns) {
+    owed_ += kStep;
+    ++since_heat_;
   }
-  if (is_heat_due) {
+  const bool is_busy = heat_.is_busy();
+  Heated* const heated = is_busy ? nullptr : heat_.take_result();
+  const bool is_due = burns && since_heat_ >= 2;
+  const bool starts = is_due && !is_busy && heated == nullptr;
+  step.is_heat_late = is_busy && since_heat_ == 2;
+  if (starts) {
     step.reading_ms = time_of([&] { cautery_.read_positions(solver_); });
-    heated = heat_.result();
   }
   if (heated != nullptr) {
     step.heat_ms = heated->time_ms;
@@ -135,8 +136,9 @@ RateStep RateLoop::step(double depth, double way, bool burns) {
         cautery_.commit(heated->report);
       }
     });
-    if (is_heat_due) {
+    if (starts) {
       heat_.start(hand.translation(), cut_settings(kPower), std::exchange(owed_, 0));
+      since_heat_ = 0;
     }
     report = solver_.finish_step();
   });

@@ -53,8 +53,8 @@ class RateLoop {
 
   /// A step of 1 ms as a rig takes it: the tool to the hand, the solver, and beside it the edit
   /// that heat asks for; the tissue around the tool, its packet, the servo. If it burns, heat runs
-  /// beside each two steps, and the next takes its edit. No step waits for heat: where it is late,
-  /// the next one stands for the time that has passed.
+  /// beside each two steps; the first that finds it ready takes its edit, and starts no other. No
+  /// step waits for heat: where it is late, the next one stands for the time that has passed.
   /// @param depth  m, of the ball's lowest point under the surface at rest; negative above
   /// @param way    m, along the top, from its middle
   /// @throws Error  if vertices are not finite
@@ -78,7 +78,8 @@ class RateLoop {
   ContactProbe probe_;
   ContactPatch patch_;
   ServoState servo_;
-  double owed_ = 0;  // s without heat
+  double owed_ = 0;     // s without heat
+  int since_heat_ = 0;  // steps, while it burns
   HeatThread heat_{solver_, cautery_};
   std::vector<float> heights_;  // m, of the top, along the way
   std::uint64_t steps_ = 0;
