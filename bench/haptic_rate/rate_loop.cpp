@@ -76,7 +76,8 @@ std::array<Capsule, 1> ball() {
 }
 
 bool is_empty(const TopologyEdit& edit) {
-  return edit.remove_tets.empty() && edit.rest_lengths.empty() && edit.rest_volumes.empty();
+  return edit.remove_tets.empty() && edit.rest_lengths.empty() && edit.rest_volumes.empty() &&
+         edit.stiffnesses.empty();
 }
 
 }  // namespace

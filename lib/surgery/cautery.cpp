@@ -70,7 +70,7 @@ class PositionsRelease {
 
 bool is_empty(const TopologyEdit& edit) {
   return edit.remove_tets.empty() && edit.remove_links.empty() && edit.rest_lengths.empty() &&
-         edit.rest_volumes.empty();
+         edit.rest_volumes.empty() && edit.stiffnesses.empty();
 }
 
 // Live ones, ascending.

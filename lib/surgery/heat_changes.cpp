@@ -17,17 +17,17 @@ namespace {
 
 // Rest values follow the state in steps of one percent, so that an edit a step stays small.
 constexpr float kLeastChange = 0.01F;
+// Stiffness in steps of ten percent, as it is known less well and felt less.
+constexpr float kLeastStiffening = 0.1F;
 
 // Vertices with more collagen than this, and with all their water, have not shrunk by a step.
 constexpr double kUnmarkedCollagen = 0.97;
+// Those of which more lives have not stiffened by a step.
+constexpr double kUnmarkedSurvival = 0.99;
 
 // HeatField::has_boiled() of a vertex that is known to be there.
 bool has_boiled(const HeatField& field, Index vertex) {
   return field.peak_temperatures()[vertex] >= kBoilingTemperature;
-}
-
-bool is_marked(const HeatField& field, Index vertex) {
-  return has_boiled(field, vertex) || field.collagen()[vertex] < kUnmarkedCollagen;
 }
 
 // J to warm a tetrahedron from body temperature and boil it dry.
@@ -48,7 +48,10 @@ HeatState heat_state(const HeatField& field, Index tet) {
 }
 
 HeatChanges::HeatChanges(const HeatField& field, const CauteryOptions& options)
-    : tearing_rate_(options.tearing_rate),
+    : stiffens_(std::ranges::any_of(
+          field.mesh().tissues(),
+          [](const ThermalProperties& tissue) { return tissue.coagulated_stiffness > 1; })),
+      tearing_rate_(options.tearing_rate),
       tearing_loss_(options.tearing_loss),
       boiled_shrinkage_(options.boiled_shrinkage),
       shrink_limit_(static_cast<std::size_t>(options.shrink_limit)) {
@@ -64,6 +67,14 @@ void HeatChanges::collect(const Solver& solver, const HeatField& field, double d
   }
   take_due(field, energy, edit);
   shrink(solver, field, edit);
+  if (stiffens_) {
+    stiffen(solver, field, edit);
+  }
+}
+
+bool HeatChanges::is_marked(const HeatField& field, Index vertex) const {
+  return has_boiled(field, vertex) || field.collagen()[vertex] < kUnmarkedCollagen ||
+         (stiffens_ && field.survival()[vertex] < kUnmarkedSurvival);
 }
 
 void HeatChanges::find_marked(const HeatField& field) {
@@ -171,24 +182,24 @@ double HeatChanges::shrunk(const HeatField& field, Index first, Index second) co
                        (field.water()[first] + field.water()[second]) / 2, collagen);
 }
 
-// Of what shrinks, no more than the limit; ascending.
+// Of what changes, no more than the limit; ascending.
 void HeatChanges::keep_farthest() {
-  if (shrink_limit_ == 0 || shrinking_.size() <= shrink_limit_) {
+  if (shrink_limit_ == 0 || due_changes_.size() <= shrink_limit_) {
     return;
   }
-  const auto last = shrinking_.begin() + static_cast<std::ptrdiff_t>(shrink_limit_);
-  std::nth_element(shrinking_.begin(), last, shrinking_.end(),
-                   [](const Shrinkage& a, const Shrinkage& b) {
-                     return std::tie(a.share, a.id) < std::tie(b.share, b.id);
+  const auto last = due_changes_.begin() + static_cast<std::ptrdiff_t>(shrink_limit_);
+  std::nth_element(due_changes_.begin(), last, due_changes_.end(),
+                   [](const Change& a, const Change& b) {
+                     return std::tie(a.behind, a.id) < std::tie(b.behind, b.id);
                    });
-  shrinking_.erase(last, shrinking_.end());
-  std::ranges::sort(shrinking_, {}, &Shrinkage::id);
+  due_changes_.erase(last, due_changes_.end());
+  std::ranges::sort(due_changes_, {}, &Change::id);
 }
 
 void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit) {
   const ThermalMesh& mesh = field.mesh();
   edges_.clear();
-  shrinking_.clear();
+  due_changes_.clear();
   for (const Index t : marked_) {
     if (seen_[t] != round_) {
       continue;
@@ -206,7 +217,7 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
       const auto volume = static_cast<float>(mesh.volume(t) * factor * factor * factor);
       const float now = solver.rest_volume(t);
       if (volume < (1 - kLeastChange) * now) {
-        shrinking_.push_back({t, volume, volume / now});
+        due_changes_.push_back({t, volume, volume / now});
       }
     }
     for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
@@ -216,10 +227,10 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
     }
   }
   keep_farthest();
-  for (const Shrinkage& tet : shrinking_) {
-    edit.rest_volumes.push_back({tet.id, tet.rest});
+  for (const Change& tet : due_changes_) {
+    edit.rest_volumes.push_back({tet.id, tet.value});
   }
-  shrinking_.clear();
+  due_changes_.clear();
   std::sort(edges_.begin(), edges_.end());
   edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
   for (const Index e : edges_) {
@@ -228,12 +239,39 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
     const auto length = static_cast<float>(rest_length * shrunk(field, a, b));
     const float now = solver.rest_length(e);
     if (length < (1 - kLeastChange) * now) {
-      shrinking_.push_back({e, length, length / now});
+      due_changes_.push_back({e, length, length / now});
     }
   }
   keep_farthest();
-  for (const Shrinkage& edge : shrinking_) {
-    edit.rest_lengths.push_back({edge.id, edge.rest});
+  for (const Change& edge : due_changes_) {
+    edit.rest_lengths.push_back({edge.id, edge.value});
+  }
+}
+
+// What was stiffer before stays as it is.
+void HeatChanges::stiffen(const Solver& solver, const HeatField& field, TopologyEdit& edit) {
+  const ThermalMesh& mesh = field.mesh();
+  const Tissue& tissue = solver.tissue();
+  due_changes_.clear();
+  for (const Index t : marked_) {
+    if (seen_[t] != round_ ||
+        tissue.body(tissue.body_of_tet(t)).material.model != ElasticModel::neo_hookean) {
+      continue;
+    }
+    double survival = 0;
+    for (const Index v : mesh.tets()[t]) {
+      survival += field.survival()[v] / 4;
+    }
+    const auto factor =
+        static_cast<float>(stiffened(mesh.tissues()[mesh.tissue_of_tet(t)], survival));
+    const float now = tissue.stiffness(t);
+    if (factor >= (1 + kLeastStiffening) * now) {
+      due_changes_.push_back({t, factor, now / factor});
+    }
+  }
+  keep_farthest();
+  for (const Change& tet : due_changes_) {
+    edit.stiffnesses.push_back({tet.id, tet.value});
   }
 }
 

@@ -21,7 +21,8 @@ namespace pbdsurg {
 /// State of a live tetrahedron of a conducting body by algorithm 2 and the rule of the field.
 [[nodiscard]] HeatState heat_state(const HeatField& field, Index tet);
 
-/// Finds the tetrahedra that heat takes away and those that shrink, among what is heated.
+/// Finds the tetrahedra that heat takes away, and those that shrink or stiffen, among what is
+/// heated.
 class HeatChanges {
  public:
   HeatChanges(const HeatField& field, const CauteryOptions& options);
@@ -66,11 +67,11 @@ class HeatChanges {
     bool is_torn;
   };
 
-  // A rest value that is due.
-  struct Shrinkage {
+  // A rest value, or a stiffness, that is due.
+  struct Change {
     Index id;
-    float rest;
-    float share;  // of what it is now
+    float value;
+    float behind;  // the smaller, the farther what it is now is from there
   };
 
   [[nodiscard]] bool is_tearing(const HeatField& field, Index tet, double water, double dt) const;
@@ -80,9 +81,13 @@ class HeatChanges {
   void remember(const HeatField& field, std::size_t taken);
   [[nodiscard]] const DueTet* find_pending(Index tet) const;
   void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
+  void stiffen(const Solver& solver, const HeatField& field, TopologyEdit& edit);
   void keep_farthest();
   [[nodiscard]] double shrunk(const HeatField& field, Index first, Index second) const;
 
+  [[nodiscard]] bool is_marked(const HeatField& field, Index vertex) const;
+
+  bool stiffens_;  // some tissue does
   double tearing_rate_, tearing_loss_, boiled_shrinkage_;
   std::size_t shrink_limit_;             // 0: none
   double spent_ = 0, spent_before_ = 0;  // J
@@ -97,7 +102,7 @@ class HeatChanges {
   std::uint32_t round_ = 0;
   std::vector<Due> due_;
   std::vector<Index> edges_;
-  std::vector<Shrinkage> shrinking_;
+  std::vector<Change> due_changes_;
 };
 
 }  // namespace pbdsurg

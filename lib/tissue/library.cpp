@@ -30,6 +30,7 @@ struct Heat {
   double perfusion;                // ml of blood per minute and kg
   double collagen_contraction;
   DamageKinetics damage;
+  double coagulated_stiffness = 1;
 };
 
 TissueRecord make_tissue(const char* name, double density, const Elasticity& elasticity,
@@ -49,7 +50,8 @@ TissueRecord make_tissue(const char* name, double density, const Elasticity& ela
                    .electrical_conductivity = heat.electrical_conductivity,
                    .perfusion = perfusion_per_second(heat.perfusion, density),
                    .collagen_contraction = heat.collagen_contraction,
-                   .damage = heat.damage},
+                   .damage = heat.damage,
+                   .coagulated_stiffness = heat.coagulated_stiffness},
           .look = std::move(look)};
 }
 
@@ -71,7 +73,7 @@ using Records = std::array<TissueRecord, kTissueCount>;
 Records make_records() {
   Records records;
   records[kLiver] = make_tissue("liver", 1079, {.youngs_modulus = 5.2e3F, .max_stretch = 1.46F},
-                                {3540, 0.52, 0.72, 0.30, 860, 0, kLiverCoagulation},
+                                {3540, 0.52, 0.72, 0.30, 860, 0, kLiverCoagulation, 7},
                                 {.color = {0.53F, 0.28F, 0.24F},
                                  .mottle = {0.46F, 0.225F, 0.195F},
                                  .gloss = 0.75F,

@@ -39,6 +39,8 @@ void check_thermal_properties(const ThermalProperties& tissue) {
   require(tissue.conductivity_rise > -1 / (kBoilingTemperature - kBodyTemperature) &&
               tissue.conductivity_rise < 1 / kBodyTemperature,
           "conductivity rise", tissue.conductivity_rise, "it must be in (-1/63, 1/37) per K");
+  require(tissue.coagulated_stiffness >= 1 && tissue.coagulated_stiffness <= 100,
+          "coagulated stiffness", tissue.coagulated_stiffness, "it must be in [1, 100]");
 }
 
 std::vector<std::string> find_unphysical(const ThermalProperties& tissue) {

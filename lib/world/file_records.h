@@ -135,9 +135,9 @@ void visit_members(Record& kinetics, Visit& visit) {
 template <RecordOf<ThermalProperties> Record, class Visit>
 void visit_members(Record& tissue, Visit& visit) {
   auto& [density, specific_heat, conductivity, water_fraction, electrical_conductivity, perfusion,
-         collagen_contraction, damage, conductivity_rise] = tissue;
+         collagen_contraction, damage, conductivity_rise, coagulated_stiffness] = tissue;
   visit(density, specific_heat, conductivity, water_fraction, electrical_conductivity, perfusion);
-  visit(collagen_contraction, damage, conductivity_rise);
+  visit(collagen_contraction, damage, conductivity_rise, coagulated_stiffness);
 }
 template <RecordOf<TissueLook> Record, class Visit>
 void visit_members(Record& look, Visit& visit) {

@@ -93,6 +93,10 @@ TEST_CASE("tissue: bad properties are refused by name and value", "[unit]") {
                       ContainsSubstring("conductivity rise"));
   }
   CHECK_NOTHROW(check_thermal_properties(with(&T::conductivity_rise, -0.015)));
+  for (const double bad : {0.99, 101.0, nan}) {
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::coagulated_stiffness, bad)),
+                      ContainsSubstring("coagulated stiffness"));
+  }
   ThermalProperties tissue = kLiver;
   tissue.damage.log_frequency = infinite;  // what A = exp(700) in a float would give
   CHECK_THROWS_WITH(check_thermal_properties(tissue), ContainsSubstring("damage"));

@@ -196,6 +196,15 @@ PBDSURG_HOST_DEVICE Real shrunk_length(const ThermalProperties& tissue, Real wat
   return dried < contracted ? dried : contracted;
 }
 
+/// How many times as stiff tissue is as in life: in proportion to what of it has coagulated. Beyond
+/// boiling, where its structure breaks, stiffness falls again (Shahmirzadi et al. 2014, canine
+/// liver); that is left out, as such tissue soon goes.
+/// @param survival  share that lives
+template <class Real>
+PBDSURG_HOST_DEVICE Real stiffened(const ThermalProperties& tissue, Real survival) {
+  return 1 + (static_cast<Real>(tissue.coagulated_stiffness) - 1) * (1 - survival);
+}
+
 /// State of a tetrahedron under heat, by how many of its vertices have boiled: the paper's
 /// algorithm 2.
 enum class HeatState : std::uint8_t {

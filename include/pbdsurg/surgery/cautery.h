@@ -55,8 +55,9 @@ struct CauteryOptions {
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
-  /// Tetrahedra, and edges, whose rest shape one update changes at most, those farthest behind
-  /// first; the others wait. Bounds what an edit costs; 0: no bound.
+  /// Tetrahedra, and edges, whose rest shape one update changes at most, and tetrahedra whose
+  /// stiffness, those farthest behind first; the others wait. Bounds what an edit costs; 0: no
+  /// bound.
   Index shrink_limit = 0;
   /// J that part one link: 0.5 mm^3 of membrane warmed until steam tears it, as tissue is torn
   double link_energy = 0.085;
@@ -125,11 +126,13 @@ struct CauterySnapshot {
 /// Couples an electrode to heat in tissue, and heat to topology. Deterministic.
 ///
 /// A generator drives current from where the electrode touches the surface of live tissue; its heat
-/// boils the tissue, which shrinks as it loses water and collagen, and goes when it is dry or when
-/// steam tears it (or, by the paper's rule, when four vertices have boiled). Where edges are longer
-/// than a disk as large as the contact is wide, its closed form takes the place of the potential.
-/// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
-/// what has been delivered; what is dry beyond that waits, what steam would tear boils on.
+/// stiffens the tissue as it coagulates, to ThermalProperties::coagulated_stiffness in a
+/// Neo-Hookean body that was no stiffer, and boils it; it shrinks as it loses water and collagen,
+/// and goes when it is dry or when steam tears it (or, by the paper's rule, when four vertices have
+/// boiled). Where edges are longer than a disk as large as the contact is wide, its closed form
+/// takes the place of the potential. Removal never outruns energy: all that heat has removed would
+/// have cost no more to boil dry than what has been delivered; what is dry beyond that waits, what
+/// steam would tear boils on.
 ///
 /// Undoing an edit does not take back the heat that led to it: what heat removed goes again in the
 /// next update. A snapshot() goes back in heat, a WorldState in all.

@@ -59,6 +59,8 @@ struct ThermalProperties {
   /// there and at 0: (-1/63, 1/37). Ablation models take some 0.002, as commonly quoted; results
   /// hardly depend on it (Dodde et al. 2008). 0 costs nothing.
   double conductivity_rise{0};
+  /// How many times as stiff it is once it has coagulated, in [1, 100].
+  double coagulated_stiffness{1};
 };
 
 /// 1/s from the usual unit of perfusion, ml of blood per minute and kg of tissue.
@@ -69,7 +71,8 @@ constexpr double perfusion_per_second(double ml_per_minute_and_kg, double densit
 /// @throws InvalidArgument  naming the property that is out of range: density, specific heat and
 ///                          conductivity are positive, water fraction in [0, 1], electrical
 ///                          conductivity and perfusion not negative, contraction in [0, 1), damage
-///                          kinetics finite with a positive energy; all finite
+///                          kinetics finite with a positive energy, coagulated stiffness in
+///                          [1, 100]; all finite
 PBDSURG_API void check_thermal_properties(const ThermalProperties& tissue);
 
 /// What no soft tissue has, each as a sentence with property, value and usual range: mostly a unit
