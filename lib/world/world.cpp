@@ -39,6 +39,12 @@ void World::Data::follow_tissue() {
   tissue->add_follower(strands, FollowerRank::surgery);
 }
 
+Executor heat_executor(MathMode math, const Executor& stepping) {
+  return math == MathMode::strict && stepping && stepping.kind() == ExecutorKind::device
+             ? executor::threads()
+             : stepping;
+}
+
 void World::Data::add_burner(const BurnerSetup& setup) {
   burners.push_back(std::make_unique<Burner>(
       Burner{setup, std::nullopt, Cautery(*tissue, setup.since_record.burnt, setup.options)}));
@@ -290,7 +296,8 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
   }
   CauteryOptions wanted = options;
   for (Executor* const executor : {&wanted.heat.executor, &wanted.potential.executor}) {
-    *executor = executor->or_else(data.options.executor.or_else(data.solver->options().executor));
+    *executor = executor->or_else(heat_executor(
+        data.options.math, data.options.executor.or_else(data.solver->options().executor)));
   }
   const std::size_t recorded = data.journal != nullptr ? data.journal->edits().size() : 0;
   const std::size_t earlier = data.origin != nullptr ? data.origin->edits_of_scene.size() : 0;

@@ -34,6 +34,11 @@ struct BurnerSetup {
   Arrival since_scene;   // since the first recording, see World::Origin::scene
 };
 
+/// Who works for heat that names nobody: who steps, but for a device in strict mode, as its heat
+/// has other bits than a host's.
+/// @param stepping  of the solver's options
+[[nodiscard]] Executor heat_executor(MathMode math, const Executor& stepping);
+
 /// A generator at a tool, and what it burns.
 struct Burner {
   BurnerSetup setup;

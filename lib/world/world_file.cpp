@@ -250,7 +250,7 @@ World WorldFile::make(RecordReader& reader, const Executor& executor) {
     }
     for (Executor* const each :
          {&burner.setup.options.heat.executor, &burner.setup.options.potential.executor}) {
-      *each = executor.or_else(solver.options().executor);
+      *each = heat_executor(options.math, executor.or_else(solver.options().executor));
     }
     burner.setup.since_record = burner.setup.since_scene;
     if (burner.settings) {

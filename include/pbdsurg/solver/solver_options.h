@@ -75,7 +75,7 @@ enum class MathMode : std::uint8_t {
   /// bits in every run on one instruction set, for any number of threads.
   fast,
   /// IEEE single precision, operation by operation: the serial backend's bits for the same plan, so
-  /// name a composition to compare backends.
+  /// name a composition to compare backends. Heat of a World on a device is then a host's.
   strict,
 };
 

@@ -282,7 +282,8 @@ class PBDSURG_API World {
 
   /// Lets a tool burn bodies, at any time. A body has the heat of one cautery.
   /// @param bodies     with the heat of their TissueRecord
-  /// @param options    executors that are nobody are the world's
+  /// @param options    executors that are nobody are the world's, or threads if that is a device
+  ///                   and MathMode is strict: strict bits are the same wherever the world is
   /// @param electrode  in the tool's frame; by default its tip alone
   CauteryId add_cautery(ToolId tool, std::span<const BodyId> bodies,
                         const CauteryOptions& options = {},
