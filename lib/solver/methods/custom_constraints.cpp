@@ -22,9 +22,6 @@
 namespace pbdsurg {
 namespace {
 
-// Neighbouring vertices give way together: see kShareInTissue of sets/stiff_links.cpp.
-constexpr float kShareOfBlocks = 0.7F;
-
 constexpr int kForecast = -1;
 
 float* floats_of(Particle* particles) noexcept {
@@ -137,11 +134,22 @@ bool ConstraintSweep::has_tissue(Index vertex) const {
 }
 
 Eigen::Vector3f ConstraintSweep::yield(Index vertex, const Eigen::Vector3f& force) const {
+  return vector_of(pusher_of(step_, lengths_, index_).yield(named_place(vertex), load(force)));
+}
+
+Index ConstraintSweep::named_place(Index vertex) const {
   const auto place = static_cast<Index>(quad(vertex) / 4);
   if (!step_.data.custom.is_named(place)) {
     refuse(vertex, "is not among its vertices()");
   }
-  return vector_of(pusher_of(step_, lengths_, index_).yield(place, load(force)));
+  return place;
+}
+
+void ConstraintSweep::leave_out(Index vertex) {
+  const Index place = named_place(vertex);
+  if (has_blocks_) {
+    step_.scratch.end_gives[place].w = 1;
+  }
 }
 
 bool ConstraintSweep::is_lost(std::size_t quad) const noexcept {
@@ -168,22 +176,23 @@ void ConstraintSweep::move(Index vertex, const Eigen::Vector3f& force) {
 }
 
 float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, float compliance,
-                               float multiplier, Range range) {
+                               float multiplier, Range range, float share) {
   if (corners.empty()) {
     return multiplier;
+  }
+  if (!(share > 0 && share <= 1)) {
+    refuse(corners.front().vertex,
+           "has a constraint of which a share of " + describe(share) + " is asked for; in (0, 1]");
   }
   const Pusher pusher = pusher_of(step_, lengths_, index_);
   float give = compliance;
   for (const Corner& corner : corners) {
-    const auto place = static_cast<Index>(quad(corner.vertex) / 4);
-    if (!step_.data.custom.is_named(place)) {
-      refuse(corner.vertex, "is not among its vertices()");
-    }
     const Vec3<float> gradient = load(corner.gradient);
-    give += dot(gradient, pusher.yield(place, gradient));
+    give += dot(gradient, pusher.yield(named_place(corner.vertex), gradient));
   }
-  const float share = has_blocks_ && index_ != kForecast ? kShareOfBlocks : 1.0F;
-  const float wanted = multiplier - share * (value + compliance * multiplier) / give;
+  // Neighbouring vertices give way together: see kShareInTissue of sets/stiff_links.cpp.
+  const float now = has_blocks_ && index_ != kForecast ? share : 1.0F;
+  const float wanted = multiplier - now * (value + compliance * multiplier) / give;
   if (!(compliance >= 0) || !std::isfinite(wanted)) {
     if (compliance >= 0 && !(give > 0) && std::isfinite(value)) {
       return multiplier;  // nothing yields
