@@ -69,19 +69,17 @@ void Lumen::begin_step(Index copies) {
     list_vertices();
   }
   for (Copy& own : copies_) {
-    own.corners.resize(cavity_.vertices().size());
-    own.ways.resize(cavity_.vertices().size());
+    own.corners.resize(vertices_.size());
+    own.ways.resize(vertices_.size());
   }
 }
 
 void Lumen::list_vertices() {
-  const auto wall = cavity_.vertices(), beside = cavity_.neighbors();
-  vertices_.assign(wall.begin(), wall.end());
-  vertices_.insert(vertices_.end(), beside.begin(), beside.end());
+  vertices_.assign(cavity_.vertices().begin(), cavity_.vertices().end());
   triangles_.assign(cavity_.triangles().begin(), cavity_.triangles().end());
   for (Triangle& triangle : triangles_) {
     for (Index& v : triangle) {
-      v = static_cast<Index>(std::ranges::lower_bound(wall, v) - wall.begin());
+      v = static_cast<Index>(std::ranges::lower_bound(vertices_, v) - vertices_.begin());
     }
   }
   listed_ = cavity_.version();
@@ -128,19 +126,14 @@ void Lumen::project(ConstraintSweep& sweep) {
     return;
   }
   Copy& own = copies_[sweep.copy()];
-  if (sweep.index() < 0) {
-    for (const Index v : cavity_.neighbors()) {
-      sweep.leave_out(v);
-    }
-  }
   const double volume = measure(own, sweep);
   // V (P + p) = P (most - drain p), P the ambient pressure, at the last p; of a liquid P is endless
   const double absolute = ambient() + std::max(double{own.pressure}, (kThinnest - 1) * ambient());
   const double ratio = is_gas() ? ambient() / absolute : 1;
   const double compliance = (is_gas() ? std::max(volume, 0.0) / absolute : 0) + ratio * own.drain;
-  own.multiplier = sweep.satisfy(own.corners, static_cast<float>(ratio * (volume - own.most)),
-                                 static_cast<float>(compliance), own.multiplier,
-                                 {.least = -options_.ambient_pressure}, 1);
+  own.multiplier = sweep.satisfy_together(
+      own.corners, static_cast<float>(ratio * (volume - own.most)), static_cast<float>(compliance),
+      own.multiplier, {.least = -options_.ambient_pressure});
   own.pressure = own.multiplier;
   if (!sweep.is_probe()) {
     own.now = {std::max(0.0, own.most - own.drain * own.pressure), own.pressure};

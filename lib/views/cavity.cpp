@@ -130,11 +130,6 @@ std::vector<TetFace> living(const Tissue& tissue, const TissueChange& change,
   return faces;
 }
 
-void make_unique(std::vector<Index>& ids) {
-  std::ranges::sort(ids);
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
-
 bool changes(const TissueChange& change, const std::vector<TetFace>& wall) {
   const auto is_of_wall = [&](Index tet) {
     return std::ranges::binary_search(wall, tet, {}, &TetFace::tet);
@@ -167,16 +162,9 @@ Cavity::State Cavity::make_state(const Tissue& tissue, std::vector<TetFace> wall
   for (const Triangle& triangle : state.triangles) {
     state.vertices.insert(state.vertices.end(), triangle.begin(), triangle.end());
   }
-  make_unique(state.vertices);
-  for (const Index v : state.vertices) {
-    for (const Index t : tissue.tets_at(v)) {
-      state.neighbors.insert(state.neighbors.end(), tissue.tets()[t].begin(),
-                             tissue.tets()[t].end());
-    }
-  }
-  make_unique(state.neighbors);
-  std::erase_if(state.neighbors,
-                [&](Index v) { return std::ranges::binary_search(state.vertices, v); });
+  std::ranges::sort(state.vertices);
+  state.vertices.erase(std::unique(state.vertices.begin(), state.vertices.end()),
+                       state.vertices.end());
   return state;
 }
 

@@ -96,37 +96,36 @@ class PBDSURG_API ConstraintSweep {
   ///                          takes the vertex where nothing is finite, or no set named the vertex
   void push(Index vertex, const Eigen::Vector3f& force);
 
-  /// Keeps a vertex out of the coarse correction of this substep, as those that are pushed are. For
-  /// what lies beside vertices that one constraint pushes all at once: a correction that knows
-  /// nothing of the constraint would draw it, and these, further than tissue goes.
-  /// @param vertex  one of CustomConstraints::vertices()
-  /// @throws InvalidArgument  naming the set and the vertex that no set named
-  void leave_out(Index vertex);
-
   /// One projection of a constraint with a compliance, after Macklin et al. 2016, "XPBD": changes
   /// its multiplier so that value + compliance * multiplier = 0 as far as vertices yield, and
   /// pushes these. Nothing happens where no corner yields, or one is lost so that no number is
   /// finite.
   ///
-  /// With vertex blocks a share of the way in the sweeps, since neighbours yield together, and
-  /// further than each alone.
+  /// With vertex blocks 0.7 of the way in the sweeps, since neighbours yield together, and further
+  /// than each alone.
   /// @param corners     each vertex once; the force on it is multiplier times gradient
   /// @param value       of the constraint, in m where gradients are pure numbers
   /// @param compliance  >= 0, m/N in that case; 0: rigid
   /// @param multiplier  N in that case: of this constraint in this substep so far, at first 0
-  /// @param share       of that way, in (0, 1]; 1 for a constraint of many neighbours that no other
-  ///                    overlaps, such as a volume: what it leaves undone is volume
   /// @return            the multiplier from now on
-  /// @throws InvalidArgument  naming the set, a vertex and the number that is not finite, negative
-  ///                          or, of the share, out of range
+  /// @throws InvalidArgument  naming the set, a vertex and the number that is not finite or
+  /// negative
   [[nodiscard]] float satisfy(std::span<const Corner> corners, float value, float compliance,
-                              float multiplier, Range range, float share = kShareOfNeighbours);
-  static constexpr float kShareOfNeighbours = 0.7F;  ///< of constraints that share neighbours
+                              float multiplier, Range range);
   /// Without bounds.
   [[nodiscard]] float satisfy(std::span<const Corner> corners, float value, float compliance,
                               float multiplier) {
     return satisfy(corners, value, compliance, multiplier, Range());
   }
+
+  /// satisfy() for a constraint of many neighbours at once, such as the volume of a hollow: the
+  /// whole way in each sweep, since nothing else makes up for what it would leave undone. The
+  /// coarse correction of vertex blocks then moves its vertices, too, by what keeps to the
+  /// constraint; of more than 12 in a scene, it leaves vertices of the others out, as those that
+  /// satisfy() pushes.
+  /// @throws InvalidArgument  as satisfy()
+  [[nodiscard]] float satisfy_together(std::span<const Corner> corners, float value,
+                                       float compliance, float multiplier, Range range);
 
  private:
   [[nodiscard]] std::size_t quad(Index vertex) const {
@@ -145,7 +144,14 @@ class PBDSURG_API ConstraintSweep {
     const Eigen::Vector3f now = vector(moving_, quad);
     return index_ < 0 ? Eigen::Vector3f(now + vector(ahead_, quad)) : now;
   }
+  struct Answer {
+    float multiplier, give;
+  };
   [[nodiscard]] Index named_place(Index vertex) const;
+  [[nodiscard]] Answer solve(std::span<const Corner> corners, float value, float compliance,
+                             float multiplier, Range range, float share) const;
+  float change(std::span<const Corner> corners, const Answer& answer, float multiplier,
+               bool leaves_out);
   void move(Index vertex, const Eigen::Vector3f& force);
   void guard(Index place, float stiffness);
   [[noreturn]] void refuse(Index vertex) const;

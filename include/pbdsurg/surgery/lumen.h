@@ -138,7 +138,7 @@ class PBDSURG_API Lumen final : public CustomConstraints {
   LumenOptions options_;
   float inflow_ = 0, leak_ = 0, reservoir_area_ = 0, reservoir_pressure_ = 0;
   std::uint64_t listed_ = 0;         // version of the cavity, of these:
-  std::vector<Index> vertices_;      // of the wall, then those beside it
+  std::vector<Index> vertices_;      // of the cavity
   std::vector<Triangle> triangles_;  // of the cavity, in places of vertices_
   std::vector<Copy> copies_;
 };

@@ -48,8 +48,6 @@ class PBDSURG_API Cavity final : public Follower {
   [[nodiscard]] std::span<const TetFace> origins() const noexcept { return state_.origins; }
   /// Vertices of triangles(), ascending.
   [[nodiscard]] std::span<const Index> vertices() const noexcept { return state_.vertices; }
-  /// Others that a tetrahedron joined to these when the wall changed last, ascending.
-  [[nodiscard]] std::span<const Index> neighbors() const noexcept { return state_.neighbors; }
   /// How many triangles are of the wall: the first ones.
   [[nodiscard]] Index wall_count() const noexcept {
     return static_cast<Index>(state_.origins.size());
@@ -84,8 +82,8 @@ class PBDSURG_API Cavity final : public Follower {
   struct State {
     std::vector<TetFace> origins;     // [wall_count] ascending
     std::vector<Triangle> triangles;  // [wall_count], then caps
-    std::vector<Index> vertices, neighbors;
-    std::vector<Index> hole_ends;  // [hole_count] of triangles
+    std::vector<Index> vertices;      // of triangles, ascending
+    std::vector<Index> hole_ends;     // [hole_count] of triangles
     bool is_open = false;
   };
 

@@ -21,8 +21,7 @@ namespace pbdsurg {
 /// sweep.
 void begin_custom(const StepContext& step, const Substep<float>& lengths);
 
-/// Whether a vertex that a set has named was pushed in this substep, likewise, or is to be left out
-/// as those are.
+/// Whether a vertex that a set has named was pushed in this substep, likewise.
 [[nodiscard]] bool is_pushed(const StepContext& step, Index place) noexcept;
 
 /// Projects a set in a sweep.
