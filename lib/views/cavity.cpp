@@ -104,10 +104,10 @@ void add_parts(const Tissue& tissue, const TissueChange& change,
     const NewVertex& vertex = change.edit.new_vertices[made];
     return is_corner(vertex.first) && is_corner(vertex.second);
   };
-  for (const auto& child :
-       std::ranges::equal_range(children, parent.tet, {}, &std::pair<Index, Index>::first)) {
+  auto child = std::ranges::lower_bound(children, parent.tet, {}, &std::pair<Index, Index>::first);
+  for (; child != children.end() && child->first == parent.tet; ++child) {
     for (Index f = 0; f < 4; ++f) {
-      const TetFace face{child.second, f};
+      const TetFace face{child->second, f};
       if (std::ranges::all_of(corners_of(tissue, face), lies_on_it)) {
         faces.push_back(face);
       }

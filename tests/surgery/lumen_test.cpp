@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "tests/support/check_refused.h"
+#include "tests/support/meshes.h"
 #include "tests/surgery/lumen_cases.h"
 
 namespace pbdsurg {
@@ -186,6 +189,65 @@ TEST_CASE("lumen: a free ball that is blown up stays where it is", "[property]")
     CHECK(moment.norm() < 0.01 * std::max(angular_size, kInner * largest));
   }
   CHECK(ball.volume() > 1.02 * 4.18879 * kInner * kInner * kInner);
+}
+
+// Would catch a coarse correction that knows nothing of the lumen, or leaves its wall out: the ball
+// would tremble for ever.
+TEST_CASE("lumen: a ball that hangs comes to rest", "[validation]") {
+  const bool is_gas = GENERATE(true, false);
+  Scene scene = ball_scene(0.45F, 30e3F);
+  scene.set_gravity({0, -9.81F, 0});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() > 0.5 * testing::kOuter; });
+  LumenSolver ball(scene, {.damping = 2}, is_gas ? LumenOptions{} : kWater);
+  ball.lumen->set_reservoir(1e-4F, 300);
+  ball.run(300);
+  CHECK(ball.lumen->pressure() == Approx(300).epsilon(0.005));
+  for (const Eigen::Vector3f& velocity : ball.solver.velocities()) {
+    REQUIRE(velocity.norm() < 1e-4);
+  }
+}
+
+// Would catch a correction that two constraints on one volume, or more than it has room for, upset.
+TEST_CASE("lumen: many lumens, some of the same hollow, keep their volumes", "[property]") {
+  constexpr double kEdge = 4e-3;  // m
+  Scene scene;
+  Material material;
+  material.youngs_modulus = 10e3F;
+  const TetMesh box = testing::make_box({9, 3, 9}, kEdge);
+  std::vector<Tet> tets;
+  for (const Tet& tet : box.tets()) {
+    Eigen::Vector3d cube = Eigen::Vector3d::Zero();
+    for (const Index v : tet) {
+      cube += box.positions()[v] / (4 * kEdge);
+    }
+    const bool is_hollow = std::lround(std::floor(cube.x())) % 2 == 1 &&
+                           std::lround(std::floor(cube.z())) % 2 == 1 && cube.y() > 1 &&
+                           cube.y() < 2;
+    if (!is_hollow) {
+      tets.push_back(tet);
+    }
+  }
+  scene.add_body("box", TetMesh({box.positions().begin(), box.positions().end()}, std::move(tets)),
+                 material);
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  Solver solver(scene, {.damping = 10});
+  const auto walls = find_cavities(solver.tissue(), 0);
+  REQUIRE(walls.size() == 16);
+  std::vector<std::shared_ptr<Lumen>> lumens;
+  for (std::size_t i = 0; i < walls.size() + 2; ++i) {
+    lumens.push_back(std::make_shared<Lumen>(solver.tissue(), walls[i / 3], kWater));
+    solver.add_constraints(lumens.back());
+  }
+  for (int step = 0; step < 100; ++step) {
+    REQUIRE(solver.step(kLumenStep).non_finite_vertices == 0);
+  }
+  const std::vector<Eigen::Vector3f> x = solver.positions();
+  for (const std::shared_ptr<Lumen>& lumen : lumens) {
+    CHECK(lumen->cavity().volume(x) == Approx(kEdge * kEdge * kEdge).epsilon(1e-3));
+  }
+  for (const Eigen::Vector3f& velocity : solver.velocities()) {
+    REQUIRE(velocity.norm() < 1e-3);
+  }
 }
 
 // Would catch contents that are taken where there are none.

@@ -67,7 +67,7 @@ std::vector<Eigen::Vector3f> places(const Tissue& tissue) {
 std::vector<Triangle> sorted(std::span<const Triangle> triangles) {
   std::vector<Triangle> result(triangles.begin(), triangles.end());
   for (Triangle& t : result) {
-    std::ranges::rotate(t, std::ranges::min_element(t));
+    std::rotate(t.begin(), std::ranges::min_element(t), t.end());
   }
   std::ranges::sort(result);
   return result;
