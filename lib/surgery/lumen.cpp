@@ -100,6 +100,7 @@ double Lumen::conductance(double area, double difference) const {
 }
 
 void Lumen::begin_substep(const ConstraintSweep& sweep) {
+  sweep.tissue().check_follower(cavity_, "a lumen");
   Copy& own = copies_[sweep.copy()];
   LumenState start = own.now;
   if (own.version != cavity_.version()) {  // a new wall: as much as gives the pressure there was

@@ -281,6 +281,10 @@ TEST_CASE("lumen: what is out of range is refused", "[unit]") {
   check_refused([&] { lumen.set_state({.pressure = -2e5F}); }, "pressure is -200000");
   check_refused([&] { lumen.set_state({}, -1); }, "copy is -1");
   CHECK_THROWS_AS(lumen.pressure(-1), InvalidArgument);
+  LumenSolver other(ball_scene(), {}, {});
+  const auto stray = std::make_shared<Lumen>(ball.solver.tissue(), lumen.cavity().triangles());
+  other.solver.add_constraints(stray);
+  check_refused([&] { other.solver.step(kLumenStep); }, "a lumen");
   lumen.set_state({.amount = 1e-5}, 3);
   check_refused([&] { ball.solver.step(kLumenStep); }, "copy is 3; it must be one of the solver's");
 }

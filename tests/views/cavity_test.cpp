@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/mesh/topology.h"
@@ -217,8 +218,12 @@ TEST_CASE("cavity: a wall that is none is refused", "[unit]") {
   }
   refuse(outer, "bounds no hollow");
   refuse({}, "bounds no hollow");
-  const Cavity cavity(tissue, wall);
+  Cavity cavity(tissue, wall);
   check_refused([&] { return cavity.volume({}); }, "there are 0 positions");
+  const Cavity moved = std::move(cavity);
+  CHECK(moved.volume(places(tissue)) == Approx(kCube).epsilon(1e-5));
+  CHECK(cavity.triangles().empty());
+  CHECK(cavity.volume({}) == 0);
 }
 
 }  // namespace pbdsurg

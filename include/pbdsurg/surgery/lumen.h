@@ -54,8 +54,8 @@ struct LumenState {
 /// An edit leaves pressure as it is: contents take the place of tissue that went. Weight and
 /// inertia of contents are left out: under a column of water of height h add density g h yourself.
 ///
-/// Amounts do not go back with an undo or a Snapshot: save state(). Deterministic. Cost of a sweep:
-/// O(triangles).
+/// Amounts do not go back with an undo, a Snapshot or a step that throws: save state().
+/// Deterministic. Cost of a sweep: O(triangles).
 class PBDSURG_API Lumen final : public CustomConstraints {
  public:
   /// For Solver::add_constraints() or World::add_constraints() of the same tissue.
@@ -107,6 +107,7 @@ class PBDSURG_API Lumen final : public CustomConstraints {
   [[nodiscard]] std::span<const Index> vertices() const override { return vertices_; }
   /// @throws InvalidArgument  if set_state() named a copy that the solver does not have
   void begin_step(Index copies) override;
+  /// @throws InvalidArgument  if the solver is of another tissue than the wall
   void begin_substep(const ConstraintSweep& sweep) override;
   void project(ConstraintSweep& sweep) override;
   void follow(const Tissue&, const TissueChange&) noexcept override {}  // cavity_ does
