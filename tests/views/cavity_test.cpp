@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/scene.h"
 
@@ -189,6 +190,49 @@ TEST_CASE("cavity: a wall whose tetrahedra are divided is the same surface", "[p
     CHECK(sorted(cavity.triangles()) == sorted(find_cavities(tissue, 0)[0]));
   }
   CHECK(cavity.wall_count() == 12 + 2 * 6);
+}
+
+// Would catch a wall that goes on to the wrong face where several meet at an edge, or that knows a
+// hollow only by what an edit has touched.
+TEST_CASE("cavity: after random removals it is what a search finds, or open", "[property]") {
+  Tissue tissue(box_scene());
+  remove(tissue, cubes(2, 2));
+  Cavity cavity(tissue, find_cavities(tissue, 0)[0]);
+  int opened = 0, grown = 0;
+  for (std::uint64_t round = 0; round < 400; ++round) {
+    const std::vector<Index> near = tets_where(tissue, [](const Eigen::Vector3d& x) {
+      return (x - Eigen::Vector3d(2.5, 2.5, 2.5)).cwiseAbs().maxCoeff() < 2.3;
+    });
+    const std::vector<Triangle> before(cavity.triangles().begin(), cavity.triangles().end());
+    const auto walls = cavity.origins();
+    const Index tet = round % 2 == 0 ? near[random_bits(7, round) % near.size()]
+                                     : walls[random_bits(7, round) % walls.size()].tet;
+    tissue.apply({.remove_tets = {tet}});
+    const auto found = find_cavities(tissue, 0);
+    const auto is_it = [&](const std::vector<Triangle>& wall) {
+      return sorted(wall) == sorted(cavity.triangles());
+    };
+    const auto shares_wall = [&](const std::vector<Triangle>& wall) {
+      const auto own = sorted(cavity.triangles().first(cavity.wall_count()));
+      return std::ranges::any_of(sorted(wall), [&](const Triangle& triangle) {
+        return std::ranges::binary_search(own, triangle);
+      });
+    };
+    CAPTURE(round, found.size());
+    if (cavity.is_open()) {
+      REQUIRE(std::ranges::none_of(found, shares_wall));
+      ++opened;
+    } else {
+      REQUIRE(std::ranges::count_if(found, is_it) == 1);
+      grown += cavity.triangles().size() > before.size() ? 1 : 0;
+    }
+    if (cavity.is_open() || round % 3 == 0) {
+      tissue.undo();
+      REQUIRE(std::ranges::equal(cavity.triangles(), before));
+    }
+  }
+  CHECK(opened > 5);
+  CHECK(grown > 20);
 }
 
 // Would catch a wall that is accepted though pressure would have nothing to act against.
