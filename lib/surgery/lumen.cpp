@@ -91,8 +91,8 @@ void Lumen::renumber(const Tissue&, const Renumbering&) noexcept {
   }
 }
 
-// m^3/(s Pa), of an orifice at a difference of pressure: a chord of its law, through zero.
-// The law with a laminar end is that of Simscape's "Orifice (IL)" and "(TL)".
+// m^3/(s Pa), of an orifice at a difference of pressure: a chord of its law, through zero. The law
+// with a laminar end is that of Simscape's block "Orifice (IL)".
 double Lumen::conductance(double area, double difference) const {
   const double least = difference * difference + kLaminar * kLaminar;
   return double{options_.discharge} * area * std::sqrt(2 / double{options_.density}) /
@@ -107,6 +107,7 @@ void Lumen::begin_substep(const ConstraintSweep& sweep) {
     for (std::size_t i = 0; i < own.ways.size(); ++i) {
       own.ways[i] = sweep.start(vertices_[i]).cast<double>();
     }
+    start.pressure = cavity_.wall_count() > 0 ? start.pressure : 0;
     start.amount = volume_of(own.ways) * (is_gas() ? 1 + start.pressure / ambient() : 1);
     if (!sweep.is_probe()) {
       own.now = start;

@@ -96,6 +96,19 @@ TEST_CASE("lumen: a hole through the wall empties it, and an undo closes it", "[
   CHECK(ball.lumen->pressure() == Approx(300).epsilon(0.02));
 }
 
+// Would catch a lumen that keeps its pressure, or vertices, when the body goes.
+TEST_CASE("lumen: without a wall it is empty", "[unit]") {
+  LumenSolver ball = blown_up({"default", {.damping = 30}});
+  ball.solver.tissue().apply({.remove_bodies = {0}});
+  ball.run(2);
+  CHECK(ball.lumen->state().amount == 0);
+  CHECK(ball.lumen->pressure() == 0);
+  CHECK(ball.lumen->vertices().empty());
+  ball.solver.tissue().undo();
+  ball.run(10);
+  CHECK(ball.lumen->state().amount > 3e-5);
+}
+
 // Would catch a slit that does not open a lumen, and one whose lips let nothing out however far
 // pressure drives them apart.
 TEST_CASE("lumen: a slit opens it as far as its lips part", "[validation]") {

@@ -46,13 +46,14 @@ struct LumenState {
 ///
 /// At first there is as much as fills the lumen at ambient pressure. Flows are volumes at ambient
 /// pressure, too. Through an orifice of area A, dp below the pressure inside, flow
-/// Q = C A sqrt(2 dp / density), C the coefficient of discharge: Bernoulli's law of incompressible
-/// flow, for gas to 3 % up to 5 kPa; below some pascals it falls in proportion to dp, as
-/// C A sqrt(2 / density) dp / (dp^2 + (1 Pa)^2)^(1/4). It has the same form from outside, whence
-/// the same contents come. Holes that edits make are orifices, too: see Cavity.
+/// Q = C A sqrt(2 dp / density), C the coefficient of discharge: the incompressible law (White,
+/// "Fluid Mechanics", flow meters), for gas to 3 % up to 5 kPa. Below some pascals it falls in
+/// proportion to dp, as C A sqrt(2 / density) dp / (dp^2 + (1 Pa)^2)^(1/4). It has the same form
+/// from outside, whence the same contents come. Holes that edits make are orifices, too: see
+/// Cavity.
 ///
-/// An edit leaves pressure as it is: contents take the place of tissue that went. Weight and
-/// inertia of contents are left out: under a column of water of height h add density g h yourself.
+/// An edit leaves pressure as it is: contents take the place of tissue that went. A lumen without a
+/// wall is empty. Pressure is the same everywhere: weight and inertia of contents are left out.
 ///
 /// Amounts do not go back with an undo, a Snapshot or a step that throws: save state().
 /// Deterministic. Cost of a sweep: O(triangles).

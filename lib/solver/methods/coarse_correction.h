@@ -13,11 +13,11 @@
 /// that a wrong stiffness makes too long is shortened, and shaken tissue comes to rest. t is of a
 /// piece.
 ///
-/// What would change a constraint of many neighbours, ConstraintSweep::satisfy_together(), is
-/// opposed likewise, by what gives in it. Vertices that tools touch or hold, or that other custom
-/// constraints push, fixed ones, and those at which something is not finite stay where sweeps have
-/// left them. What would move those that are held or pushed is opposed by springs, as stiff as
-/// tissue around them: one for all holds near a node, at their mean.
+/// Vertices that tools touch or hold, or that custom constraints push, fixed ones, and those at
+/// which something is not finite stay where sweeps have left them. What would move those that are
+/// held or pushed is opposed by springs, as stiff as tissue around them: one for all holds near a
+/// node, at their mean. Constraints of many neighbours, ConstraintSweep::satisfy_together(), let
+/// their vertices move, and oppose what would change their value, as far as they are stiff.
 ///
 /// Stages, each over all blocks, nodes or parts of vertices, by any number of workers that meet in
 /// between; the numbers are the same for any number, and on a device:
