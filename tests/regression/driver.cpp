@@ -67,6 +67,12 @@ void Driver::follow_pieces() {
   pieces_.emplace(solver_.tissue());
 }
 
+void Driver::fill_lumen(Index body) {
+  lumen_ = std::make_shared<Lumen>(solver_.tissue(), find_cavities(solver_.tissue(), body).at(0));
+  lumen_->set_reservoir(1e-5F, 300);
+  solver_.add_constraints(lumen_);
+}
+
 void Driver::follow_strands(const ConnectiveTissue& strands) {
   strands_ = strands;
   solver_.tissue().add_follower(*strands_, FollowerRank::surgery);
@@ -215,6 +221,9 @@ void Driver::look(Record& record, int checkpoint) {
   if (strands_) {
     record.add(checkpoint, "strands", strands());
   }
+  if (lumen_) {
+    record.add(checkpoint, "lumen", lumen());
+  }
   look_at_state(record, checkpoint);
   if (heat_field() != nullptr) {
     look_at_heat(record, checkpoint);
@@ -342,6 +351,19 @@ std::uint64_t Driver::surfaces() {
     for (const SlotRange& range : changes) {
       digest.mix_all(std::array{range.first, range.end});
     }
+  }
+  return digest.value();
+}
+
+std::uint64_t Driver::lumen() const {
+  Digest digest;
+  for (const Triangle& triangle : lumen_->cavity().triangles()) {
+    digest.mix_all(triangle);
+  }
+  digest.mix(lumen_->cavity().hole_count());
+  for (Index copy = 0; copy < copies_; ++copy) {
+    digest.mix(lumen_->state(copy).amount);
+    digest.mix(lumen_->pressure(copy));
   }
   return digest.value();
 }

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,7 @@
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/surgery/lumen.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
@@ -40,6 +42,8 @@ class Driver {
 
   void follow_surface(Index body);
   void follow_pieces();
+  /// A line fills the first hollow of a body with gas, to 300 Pa.
+  void fill_lumen(Index body);
   void follow_strands(const ConnectiveTissue& strands);
   void follow_heat(std::span<const ThermalBody> bodies);
   void switch_on_cautery(std::span<const ThermalBody> bodies, CauteryOptions options);
@@ -87,6 +91,7 @@ class Driver {
   [[nodiscard]] std::uint64_t surfaces();
   [[nodiscard]] std::uint64_t pieces() const;
   [[nodiscard]] std::uint64_t strands() const;
+  [[nodiscard]] std::uint64_t lumen() const;
 
   Solver solver_;
   Index copies_;
@@ -98,6 +103,7 @@ class Driver {
   std::vector<std::uint64_t> seen_surfaces_;  // versions
   std::deque<SurfaceMap> maps_;               // of surfaces_, where there is heat
   std::optional<LivePieces> pieces_;
+  std::shared_ptr<Lumen> lumen_;
 
   CutFront front_;
   Digest reports_, edits_, burns_;

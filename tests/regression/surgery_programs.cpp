@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -211,6 +212,47 @@ void run_burns(const Way& way, double power, const Executor& executor, Record& r
   driver.look(record, 9);
 }
 
+// A hollow box whose lumen is filled, loses of its wall, is pricked, closed again and compacted.
+void run_lumen(const Way& way, const Executor& executor, Record& record) {
+  Scene scene;
+  scene.add_body("box", make_box({5, 5, 5}, kEdge), way.material);
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  Driver driver(scene, way.options, executor);
+  const auto take = [&](double first, double last) {  // cubes along x, in the middle of the box
+    TopologyEdit edit;
+    const Tissue& tissue = driver.solver().tissue();
+    for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+      Eigen::Vector3d x = Eigen::Vector3d::Zero();
+      for (const Index v : tissue.tets()[t]) {
+        x += tissue.rest_positions()[v] / (4 * kEdge);
+      }
+      const bool is_in = x.x() > first && x.x() < last && std::abs(x.y() - 2.5) < 0.5 &&
+                         std::abs(x.z() - 2.5) < 0.5;
+      if (is_in && tissue.is_tet_alive(t)) {
+        edit.remove_tets.push_back(t);
+      }
+    }
+    driver.edit(edit);
+  };
+  const auto go_on = [&](int checkpoint) {
+    for (int step = 0; step < 3; ++step) {
+      driver.step(kTimeStep);
+    }
+    driver.look(record, checkpoint);
+  };
+  take(2, 3);
+  driver.fill_lumen(0);
+  go_on(0);
+  take(3, 4);
+  go_on(1);
+  take(4, 5);
+  go_on(2);
+  driver.undo();
+  go_on(3);
+  driver.compact();
+  go_on(4);
+}
+
 }  // namespace
 
 std::vector<Program> surgery_programs() {
@@ -225,6 +267,9 @@ std::vector<Program> surgery_programs() {
                         }});
     programs.push_back({"blade-through-" + name, [way](const Executor& executor, Record& record) {
                           run_blade(way, CutStyle::through_tets, executor, record);
+                        }});
+    programs.push_back({"lumen-" + name, [way](const Executor& executor, Record& record) {
+                          run_lumen(way, executor, record);
                         }});
   }
   Way way = make_way("along", PlanComposition::separate);

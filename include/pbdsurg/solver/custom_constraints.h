@@ -118,6 +118,15 @@ class PBDSURG_API ConstraintSweep {
     return satisfy(corners, value, compliance, multiplier, Range());
   }
 
+  /// satisfy() for a constraint of many neighbours at once, such as the volume of a hollow: the
+  /// whole way in each sweep, since nothing else makes up for what it would leave undone. The
+  /// coarse correction of vertex blocks then moves its vertices, too, by what keeps to the
+  /// constraint; of more than 12 in a scene, it leaves vertices of the others out, as those that
+  /// satisfy() pushes.
+  /// @throws InvalidArgument  as satisfy()
+  [[nodiscard]] float satisfy_together(std::span<const Corner> corners, float value,
+                                       float compliance, float multiplier, Range range);
+
  private:
   [[nodiscard]] std::size_t quad(Index vertex) const {
     if (static_cast<std::size_t>(vertex) >= vertex_count_) {
@@ -135,6 +144,14 @@ class PBDSURG_API ConstraintSweep {
     const Eigen::Vector3f now = vector(moving_, quad);
     return index_ < 0 ? Eigen::Vector3f(now + vector(ahead_, quad)) : now;
   }
+  struct Answer {
+    float multiplier, give;
+  };
+  [[nodiscard]] Index named_place(Index vertex) const;
+  [[nodiscard]] Answer solve(std::span<const Corner> corners, float value, float compliance,
+                             float multiplier, Range range, float share) const;
+  float change(std::span<const Corner> corners, const Answer& answer, float multiplier,
+               bool leaves_out);
   void move(Index vertex, const Eigen::Vector3f& force);
   void guard(Index place, float stiffness);
   [[noreturn]] void refuse(Index vertex) const;

@@ -135,7 +135,19 @@ CoarseShares& hold_sum(const StepContext& step, Index hold, Index node) {
   return step.scratch.coarse.hold_sums[hold * step.data.coarse_space.node_count() + node];
 }
 
-CoarseHolds gather_coarse_holds(const StepContext& step) {
+// Springs at holds, and constraints of many neighbours.
+struct CoarseRows : CoarseHolds {
+  Index wides = 0;
+  double wide_gives[WideConstraints::kMost];
+
+  [[nodiscard]] Index rows() const { return CoarseHolds::rows() + wides; }
+  [[nodiscard]] double row_give(Index row) const {
+    const Index wide = row - CoarseHolds::rows();
+    return wide < 0 ? CoarseHolds::row_give(row) : wide_gives[wide];
+  }
+};
+
+CoarseRows gather_coarse_holds(const StepContext& step) {
   CoarseScratch& scratch = step.scratch.coarse;
   scratch.held.clear();
   for (const VertexHold& each : step.scratch.holds) {
@@ -149,7 +161,9 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
   std::ranges::sort(scratch.held);
   scratch.held.erase(std::unique(scratch.held.begin(), scratch.held.end()), scratch.held.end());
 
-  CoarseHolds holds;
+  CoarseRows holds;
+  holds.wides = scratch.wide.count();
+  const Index most_holds = (kHoldRows - holds.wides) / 3;
   const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
   const auto is_opposed = [](const CoarseVertex& vertex) {
     return vertex.takes_part() && vertex.stiffness > 0;
@@ -161,7 +175,7 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
   Index hold_of[kMostNodes];
   for (Index node = 0; node < step.data.coarse_space.node_count(); ++node) {
     hold_of[node] = kInvalidIndex;
-    if (counts[node] > 0 && holds.count < kCoarseHolds) {
+    if (counts[node] > 0 && holds.count < most_holds) {
       hold_of[node] = holds.count;
       holds.counts[holds.count] = counts[node];
       holds.sums[holds.count] = 0;
@@ -189,21 +203,13 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
   return holds;
 }
 
-// Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
-// pieces as they are at rest.
-void oppose_holds(const StepContext& step) {
+// How modes move what is held.
+void find_hold_rows(const StepContext& step, const CoarseRows& holds) {
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
-  if (step.scratch.holds.empty() && !has_custom(step)) {
-    return;
-  }
-  const CoarseHolds holds = gather_coarse_holds(step);
-  const Index rows = 3 * holds.count;
+  const Index rows = holds.rows();
   const auto modes = static_cast<Index>(scratch.amplitudes.size());
-  for (Index row = 0; row < rows; ++row) {
-    for (Index m = 0; m < modes; ++m) {
-      scratch.hold_modes[m * rows + row] = 0;
-    }
+  for (Index row = 0; row < 3 * holds.count; ++row) {
     for (Index node = 0; node < space.node_count(); ++node) {
       const float(&sum)[4] = hold_sum(step, row / 3, node).of;
       for (int k = 0; k < 4 && sum[0] > 0; ++k) {
@@ -215,6 +221,70 @@ void oppose_holds(const StepContext& step) {
       }
     }
   }
+}
+
+// How modes change a constraint of many neighbours, by vertices that take part in the correction.
+void find_wide_row(const StepContext& step, CoarseRows& holds, Index wide) {
+  CoarseScratch& scratch = step.scratch.coarse;
+  const CoarseSpace& space = step.data.coarse_space;
+  std::ranges::fill(scratch.wide_sums, CoarseShares{});
+  for (const WideConstraints::Corner& corner : scratch.wide.corners(wide)) {
+    const CoarseVertex& vertex = space.vertices()[corner.place];
+    if (!vertex.takes_part() || !(scratch.residuals[corner.place].w > 0)) {
+      continue;
+    }
+    const Vec3<float> gradient =
+        scratch.turns[space.piece_of(vertex.nodes[0])].back(corner.gradient);
+    const float of_axes[3] = {gradient.x, gradient.y, gradient.z};
+    for (int i = 0; i < kCoarseNodes; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        float(&sum)[4] = scratch.wide_sums[3 * vertex.nodes[i] + axis].of;
+        const float weight = vertex.weights[i] * of_axes[axis];
+        sum[0] += weight;
+        for (int k = 0; k < 3; ++k) {
+          sum[k + 1] += weight * vertex.place[k];
+        }
+      }
+    }
+  }
+  const Index rows = holds.rows(), row = 3 * holds.count + wide;
+  const auto modes = static_cast<Index>(scratch.amplitudes.size());
+  for (Index node = 0; node < space.node_count(); ++node) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const float(&sum)[4] = scratch.wide_sums[3 * node + axis].of;
+      for (int k = 0; k < 4; ++k) {
+        const std::span<const float> moves = space.numbers(number_of(node, k, axis));
+        for (Index m = 0; m < modes; ++m) {
+          scratch.hold_modes[m * rows + row] += sum[k] * moves[m];
+        }
+      }
+    }
+  }
+  double give = 0;
+  for (Index m = 0; m < modes; ++m) {
+    const double move{scratch.hold_modes[m * rows + row]};
+    give += double{scratch.gives[m]} * move * move;
+  }
+  constexpr double kLeastGive = 1e-4;  // of that of the modes: two may say the same
+  holds.wide_gives[wide] =
+      give > 0 ? std::max(double{scratch.wide.compliance(wide)}, kLeastGive * give) : 1;
+}
+
+// Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
+// pieces as they are at rest.
+void oppose_holds(const StepContext& step) {
+  CoarseScratch& scratch = step.scratch.coarse;
+  if (step.scratch.holds.empty() && !has_custom(step)) {
+    return;
+  }
+  CoarseRows holds = gather_coarse_holds(step);
+  std::ranges::fill(scratch.hold_modes, 0.0F);
+  find_hold_rows(step, holds);
+  for (Index wide = 0; wide < holds.wides; ++wide) {
+    find_wide_row(step, holds, wide);
+  }
+  const Index rows = holds.rows();
+  const auto modes = static_cast<Index>(scratch.amplitudes.size());
   HoldSystem system;
   system.solve(OneWorker{}, holds, modes, scratch.amplitudes.data(), scratch.gives.data(),
                scratch.hold_modes.data());
@@ -225,6 +295,32 @@ void oppose_holds(const StepContext& step) {
 }
 
 }  // namespace
+
+void WideConstraints::clear() noexcept {
+  corners_.clear();
+  firsts_.clear();
+  compliances_.clear();
+}
+
+bool WideConstraints::begin(float compliance) {
+  if (count() == kMost) {
+    return false;
+  }
+  firsts_.push_back(corners_.size());
+  compliances_.push_back(compliance);
+  return true;
+}
+
+std::span<const WideConstraints::Corner> WideConstraints::corners(Index constraint) const noexcept {
+  const std::size_t first = firsts_[constraint];
+  const std::size_t end = constraint + 1 < count() ? firsts_[constraint + 1] : corners_.size();
+  return {corners_.data() + first, end - first};
+}
+
+std::size_t WideConstraints::memory_bytes() const noexcept {
+  return corners_.capacity() * sizeof(Corner) + firsts_.capacity() * sizeof(std::size_t) +
+         compliances_.capacity() * sizeof(float);
+}
 
 void CoarseScratch::fit(const SolverData& data) {
   const CoarseSpace& space = data.coarse_space;
@@ -248,6 +344,7 @@ void CoarseScratch::fit(const SolverData& data) {
   gives.resize(amplitudes.size());
   sums_of_all.resize(kCoarseSums * std::max(amplitudes.size(), numbers.size()));
   hold_sums.resize(kCoarseHolds * node_count);
+  wide_sums.resize(data.custom.empty() ? 0 : 3 * node_count);
   hold_modes.resize(kHoldRows * amplitudes.size());
   if (!data.custom.empty()) {
     left_out.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()));
@@ -257,8 +354,8 @@ void CoarseScratch::fit(const SolverData& data) {
 std::size_t CoarseScratch::memory_bytes() const noexcept {
   return (residuals.capacity() + moves.capacity()) * sizeof(Particle) +
          sums.capacity() * sizeof(NodeSums) + gains.capacity() * sizeof(CoarseGain) +
-         hold_sums.capacity() * sizeof(CoarseShares) +
-         moves_of_nodes.capacity() * sizeof(AffineNumbers) +
+         (hold_sums.capacity() + wide_sums.capacity()) * sizeof(CoarseShares) +
+         wide.memory_bytes() + moves_of_nodes.capacity() * sizeof(AffineNumbers) +
          (loads.capacity() + sums_of_all.capacity() + amplitudes.capacity() + gives.capacity() +
           numbers.capacity() + hold_modes.capacity()) *
              sizeof(float) +

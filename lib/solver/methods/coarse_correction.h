@@ -16,7 +16,8 @@
 /// Vertices that tools touch or hold, or that custom constraints push, fixed ones, and those at
 /// which something is not finite stay where sweeps have left them. What would move those that are
 /// held or pushed is opposed by springs, as stiff as tissue around them: one for all holds near a
-/// node, at their mean.
+/// node, at their mean. Constraints of many neighbours, ConstraintSweep::satisfy_together(), let
+/// their vertices move, and oppose what would change their value, as far as they are stiff.
 ///
 /// Stages, each over all blocks, nodes or parts of vertices, by any number of workers that meet in
 /// between; the numbers are the same for any number, and on a device:
@@ -30,7 +31,9 @@
 ///     weigh_moves()                 nodes
 ///     turn_back_moves(), displace() parts
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
@@ -46,6 +49,33 @@ struct StepContext;
 /// So many parts of vertices, for any number of workers.
 inline constexpr Index kCoarseParts = 16;
 
+/// Constraints of many neighbours, which a correction keeps to: see
+/// ConstraintSweep::satisfy_together().
+class WideConstraints {
+ public:
+  static constexpr Index kMost = 12;
+
+  struct Corner {
+    Index place;
+    Vec3<float> gradient;
+  };
+
+  void clear() noexcept;
+  /// The next one, whose corners then come. Whether there is room for it.
+  [[nodiscard]] bool begin(float compliance);
+  void add(Index place, const Vec3<float>& gradient) { corners_.push_back({place, gradient}); }
+
+  [[nodiscard]] Index count() const noexcept { return static_cast<Index>(firsts_.size()); }
+  [[nodiscard]] float compliance(Index constraint) const { return compliances_[constraint]; }
+  [[nodiscard]] std::span<const Corner> corners(Index constraint) const noexcept;
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  std::vector<Corner> corners_;
+  std::vector<std::size_t> firsts_;
+  std::vector<float> compliances_;
+};
+
 /// Of one worker.
 struct CoarseScratch {
   std::vector<Particle> residuals;       ///< [place] N; w: 1 where the vertex takes part, else 0
@@ -58,7 +88,9 @@ struct CoarseScratch {
   std::vector<Index> held;               ///< places that stay, ascending
   std::vector<LaneBits> left_out;        ///< [block] theirs, with custom constraints
   std::vector<CoarseShares> hold_sums;   ///< [hold][node] N/m, times 1, X, Y and Z
-  std::vector<float> hold_modes;         ///< [mode][hold][axis] how modes move them
+  std::vector<float> hold_modes;         ///< [mode][row] how modes move them, and change `wide`
+  WideConstraints wide;                  ///< of this substep
+  std::vector<CoarseShares> wide_sums;   ///< [node][axis] gradients, times 1, X, Y and Z
   std::vector<float> numbers;            ///< [number]
   std::vector<AffineNumbers> moves_of_nodes;  ///< [node] m, how each moves what is near
   std::vector<Turn> turns;                    ///< [piece]

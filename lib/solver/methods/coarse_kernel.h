@@ -240,6 +240,9 @@ struct CoarseHolds {
   float sums[kCoarseHolds];    ///< N/m, of the stiffnesses of vertices
   Index counts[kCoarseHolds];  ///< of these
 
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index rows() const { return 3 * count; }
+  [[nodiscard]] PBDSURG_HOST_DEVICE double row_give(Index row) const { return give(row / 3); }
+
   /// m/N, of the tissue around all of them: it goes with their extent, so with a root of their
   /// number.
   [[nodiscard]] PBDSURG_HOST_DEVICE double give(Index hold) const {
@@ -255,20 +258,21 @@ struct HoldSystem {
   /// (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
   /// springs.
   /// @param workers     with their share of entries; all meet in here
+  /// @param holds       as CoarseHolds: kHoldRows at most, and what gives at each
   /// @param amplitudes  [mode] without holds
   /// @param mode_gives  [mode] see CoarseScratch
   /// @param hold_modes  [mode][row] how modes move what is held
-  template <class Workers>
-  PBDSURG_HOST_DEVICE void solve(const Workers& workers, const CoarseHolds& holds, Index modes,
+  template <class Workers, class Holds>
+  PBDSURG_HOST_DEVICE void solve(const Workers& workers, const Holds& holds, Index modes,
                                  const float* amplitudes, const float* mode_gives,
                                  const float* hold_modes) {
-    const Index rows = 3 * holds.count;
+    const Index rows = holds.rows();
     for (Index entry = workers.first; entry < rows * (rows + 1); entry += workers.stride) {
       const Index row = entry / (rows + 1), other = entry % (rows + 1);
       if (other > row && other < rows) {
         continue;
       }
-      double sum = other == row ? holds.give(row / 3) : 0;
+      double sum = other == row ? holds.row_give(row) : 0;
       for (Index m = 0; m < modes; ++m) {
         const double move{hold_modes[m * rows + row]};
         sum += other == rows ? move * double{amplitudes[m]}

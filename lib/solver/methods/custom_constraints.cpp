@@ -41,6 +41,7 @@ struct Pusher {
   float* moving;  // [place][4]
   bool has_blocks, is_forecast;
   float square_of_dt, inverse_dt_squared;
+  bool leaves_out = true;  // of the coarse correction, what it pushes
 
   [[nodiscard]] Vec3<float> yield(Index place, const Vec3<float>& force) const {
     return has_blocks ? load_end(scratch.link_ends(), offset_of(place)).give * force
@@ -70,7 +71,7 @@ struct Pusher {
                  const Vec3<float>& after) const {
     push_flight(scratch.flights[place], force, moving[4 * static_cast<std::size_t>(place) + 3],
                 inverse_dt_squared);
-    if (dot(force, force) > 0) {
+    if (leaves_out && dot(force, force) > 0) {
       scratch.end_gives[place].w = 1;
     }
     if (!is_forecast) {
@@ -137,11 +138,15 @@ bool ConstraintSweep::has_tissue(Index vertex) const {
 }
 
 Eigen::Vector3f ConstraintSweep::yield(Index vertex, const Eigen::Vector3f& force) const {
+  return vector_of(pusher_of(step_, lengths_, index_).yield(named_place(vertex), load(force)));
+}
+
+Index ConstraintSweep::named_place(Index vertex) const {
   const auto place = static_cast<Index>(quad(vertex) / 4);
   if (!step_.data.custom.is_named(place)) {
     refuse(vertex, "is not among its vertices()");
   }
-  return vector_of(pusher_of(step_, lengths_, index_).yield(place, load(force)));
+  return place;
 }
 
 bool ConstraintSweep::is_lost(std::size_t quad) const noexcept {
@@ -169,28 +174,49 @@ void ConstraintSweep::move(Index vertex, const Eigen::Vector3f& force) {
 
 float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, float compliance,
                                float multiplier, Range range) {
+  const float share = has_blocks_ && index_ != kForecast ? kShareOfBlocks : 1.0F;
+  const Answer answer = solve(corners, value, compliance, multiplier, range, share);
+  return change(corners, answer, multiplier, true);
+}
+
+float ConstraintSweep::satisfy_together(std::span<const Corner> corners, float value,
+                                        float compliance, float multiplier, Range range) {
+  const Answer answer = solve(corners, value, compliance, multiplier, range, 1);
+  const bool is_before_correction = has_blocks_ && index_ == 0;
+  WideConstraints& wide = step_.scratch.coarse.wide;
+  const bool has_room = !is_before_correction || wide.begin(compliance);
+  for (const Corner& corner : corners) {
+    const Index place = places_[corner.vertex];
+    if (!has_room) {
+      step_.scratch.end_gives[place].w = 1;  // left out
+    } else if (is_before_correction) {
+      wide.add(place, load(corner.gradient));
+    }
+  }
+  return change(corners, answer, multiplier, false);
+}
+
+// What a constraint's multiplier is to become; the give is zero where that stays.
+ConstraintSweep::Answer ConstraintSweep::solve(std::span<const Corner> corners, float value,
+                                               float compliance, float multiplier, Range range,
+                                               float share) const {
   if (corners.empty()) {
-    return multiplier;
+    return {multiplier, 0};
   }
   const Pusher pusher = pusher_of(step_, lengths_, index_);
   float give = compliance;
   for (const Corner& corner : corners) {
-    const auto place = static_cast<Index>(quad(corner.vertex) / 4);
-    if (!step_.data.custom.is_named(place)) {
-      refuse(corner.vertex, "is not among its vertices()");
-    }
     const Vec3<float> gradient = load(corner.gradient);
-    give += dot(gradient, pusher.yield(place, gradient));
+    give += dot(gradient, pusher.yield(named_place(corner.vertex), gradient));
   }
-  const float share = has_blocks_ && index_ != kForecast ? kShareOfBlocks : 1.0F;
   const float wanted = multiplier - share * (value + compliance * multiplier) / give;
   if (!(compliance >= 0) || !std::isfinite(wanted)) {
     if (compliance >= 0 && !(give > 0) && std::isfinite(value)) {
-      return multiplier;  // nothing yields
+      return {multiplier, 0};  // nothing yields
     }
     for (const Corner& corner : corners) {
       if (is_lost(quad(corner.vertex))) {
-        return multiplier;
+        return {multiplier, 0};
       }
     }
     refuse(corners.front().vertex, "has a constraint of value " + describe(value) +
@@ -198,16 +224,25 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
                                        describe(multiplier) + " and yield " + describe(give) +
                                        "; all must be finite, and the compliance not negative");
   }
-  const float next = std::min(std::max(wanted, range.least), range.most);
-  const float change = next - multiplier;
-  if (has_blocks_ && next != 0) {
+  return {std::min(std::max(wanted, range.least), range.most), give};
+}
+
+float ConstraintSweep::change(std::span<const Corner> corners, const Answer& answer,
+                              float multiplier, bool leaves_out) {
+  const float change = answer.multiplier - multiplier;
+  if (!(answer.give > 0)) {
+    return multiplier;
+  }
+  if (has_blocks_ && answer.multiplier != 0) {
     for (const Corner& corner : corners) {
-      guard(places_[corner.vertex], corner.gradient.squaredNorm() / give);
+      guard(places_[corner.vertex], corner.gradient.squaredNorm() / answer.give);
     }
   }
   if (change == 0) {
-    return next;
+    return answer.multiplier;
   }
+  Pusher pusher = pusher_of(step_, lengths_, index_);
+  pusher.leaves_out = leaves_out;
   for (const Corner& corner : corners) {
     const Index place = places_[corner.vertex];
     const Vec3<float> force = change * load(corner.gradient);
@@ -224,7 +259,7 @@ float ConstraintSweep::satisfy(std::span<const Corner> corners, float value, flo
       pushed.join(places_[corners.front().vertex], places_[corner.vertex]);
     }
   }
-  return next;
+  return answer.multiplier;
 }
 
 void ConstraintSweep::guard(Index place, float stiffness) {
@@ -264,6 +299,7 @@ void begin_custom(const StepContext& step, const Substep<float>& lengths) {
   }
   if (has_custom(step)) {
     step.scratch.pushed.begin();
+    step.scratch.coarse.wide.clear();
   }
   for (Index set = 0; set < step.data.custom.count(); ++set) {
     project_custom(step, set, lengths, kForecast);
