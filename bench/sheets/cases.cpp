@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -202,6 +203,63 @@ SheetOutcome press_drum(const SolverOptions& options) {
   return {1e3 * positions[0].z(), 1e3 * pressure * kRadius * kRadius / (4 * tension)};
 }
 
+// N/m, of a membrane pulled along one side alone, of its energy: what the other side gives way to.
+double uniaxial_tension(const SheetMaterial& material, double stretch) {
+  const double stiffness = double{material.youngs_modulus} * double{material.thickness};
+  const double mu = stiffness / (2 * (1 + double{material.poissons_ratio}));
+  const double lambda = stiffness / (2 * (1 - double{material.poissons_ratio}));
+  const double target = 1 + mu / lambda;
+  const double across = lambda * target * stretch / (mu + lambda * stretch * stretch);
+  return mu * stretch + lambda * (stretch * across - target) * across;
+}
+
+constexpr double kShear = 0.1;
+constexpr Index kRows = 10;
+
+// N, on a side that is moved along the opposite one, of a sheet that wrinkles between them.
+double shear_force(const SheetMaterial& material, Index columns, SolverOptions options) {
+  constexpr double kEdge = 2.5e-3;
+  Scene scene = make_scene(testing::make_slanted_sheet({columns, kRows}, kEdge), material);
+  const double height = kRows * kEdge;
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  std::vector<Eigen::Vector3f> start;
+  std::vector<Index> top;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    const Eigen::Vector3d& x = scene.positions()[v];
+    const bool is_held = x.y() < 0.5 * kEdge || x.y() > height - 0.5 * kEdge;
+    const double out = is_held ? 0 : 1e-2 * kEdge * (2 * random_unit(1, v) - 1);
+    start.emplace_back(static_cast<float>(x.x() + kShear * x.y()), static_cast<float>(x.y()),
+                       static_cast<float>(out));
+    if (x.y() > height - 0.5 * kEdge) {
+      top.push_back(v);
+    }
+  }
+  options.damping = 20;
+  Solver solver(scene, options);
+  solver.write_positions(start);
+  const ToolId grip = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(grip, top);
+  for (int step = 0; step < 300; ++step) {
+    solver.step(kStep);
+  }
+  return -double{solver.tool_force(grip).x()};
+}
+
+// By how much a wider sheet resists more: so its free ends, where no wrinkle reaches both sides, do
+// not count.
+SheetOutcome shear_sheet(const SolverOptions& options) {
+  constexpr double kEdge = 2.5e-3;
+  constexpr Index kNarrow = 24, kWide = 60;
+  const SheetMaterial material{
+      .thickness = 5e-5F, .youngs_modulus = 100e3F, .poissons_ratio = 0.3F};
+  const double more =
+      shear_force(material, kWide, options) - shear_force(material, kNarrow, options);
+  const double root = std::sqrt(1 + kShear * kShear / 4);
+  const double expected =
+      uniaxial_tension(material, kShear / 2 + root) * (0.5 + kShear / (4 * root));
+  return {more / (kEdge * (kWide - kNarrow)), expected};
+}
+
 }  // namespace
 
 const std::vector<SheetCase>& sheet_cases() {
@@ -212,7 +270,10 @@ const std::vector<SheetCase>& sheet_cases() {
       {"plate bending under its weight", "mm", "q L^4 / (8 D)", bend_plate},
       {"clamped disc under a load", "mm",
        "Hencky 1915, as in Fichter 1997, NASA TP-3658: 0.6536 a (p a / (E t))^(1/3)", blow_disc},
-      {"stretched disc under a small load", "mm", "p a^2 / (4 T)", press_drum}};
+      {"stretched disc under a small load", "mm", "p a^2 / (4 T)", press_drum},
+      {"sheet wrinkling in shear by 10 %", "N/m",
+       "tension field of the membrane's energy, Steigmann 1990; E t shear / 4 at small strain",
+       shear_sheet}};
   return cases;
 }
 

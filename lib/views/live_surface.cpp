@@ -55,12 +55,12 @@ LiveSurface::LiveSurface(const Tissue& tissue, Index body) : body_(body) {
 void LiveSurface::number(const Tissue& tissue) {
   constexpr Index kNone = std::numeric_limits<Index>::max();  // edits bring no triangles
   if (body_ == kInvalidIndex) {  // only what edits bring to other bodies
-    elements_ = {0, 0, is_of_sheet() ? kNone : static_cast<Index>(tissue.tets().size())};
+    elements_ = {0, 0, is_two_sided() ? kNone : static_cast<Index>(tissue.tets().size())};
     vertices_ = {0, 0, tissue.vertex_count()};
     return;
   }
   const Body& own = tissue.body(body_);
-  elements_ = is_of_sheet()
+  elements_ = is_two_sided()
                   ? Numbering{own.first_triangle, own.triangle_count, kNone}
                   : Numbering{own.first_tet, own.tet_count, tissue.first_later_tet(body_)};
   vertices_ = {own.first_vertex, own.vertex_count, tissue.first_later_vertex(body_)};
@@ -73,7 +73,7 @@ bool LiveSurface::is_on_surface(Index vertex) const {
 
 void LiveSurface::renumber(const Tissue& tissue, const Renumbering& ids) noexcept {
   const Numbering old_elements = elements_;
-  const std::vector<Index>& element_ids = is_of_sheet() ? ids.triangles : ids.tets;
+  const std::vector<Index>& element_ids = is_two_sided() ? ids.triangles : ids.tets;
   body_ = new_id(body_, ids.bodies);
   number(tissue);
   const auto moved_face = [&](Index face) {  // old to new
@@ -122,7 +122,7 @@ void LiveSurface::follow(const Tissue& tissue, const TissueChange& change) noexc
   while (vertices_.scene(vertex_triangles_.size()) < tissue.vertex_count()) {
     vertex_triangles_.push_back(0);
   }
-  if (is_of_sheet()) {
+  if (is_two_sided()) {
     follow_triangles(change);
   } else {
     follow_tets(tissue, change);
@@ -209,7 +209,7 @@ void LiveSurface::remove(Index element) {
 
 Triangle LiveSurface::vertices_of(const Tissue& tissue, Index face) const noexcept {
   const Index element = elements_.scene(face / face_count_);
-  if (is_of_sheet()) {
+  if (is_two_sided()) {
     const auto& [a, b, c] = tissue.triangles()[element];
     return face % 2 == 0 ? Triangle{a, b, c} : Triangle{a, c, b};
   }
@@ -237,7 +237,7 @@ void LiveSurface::open(Index face) {
 
 // Makes partners of open faces with the same vertices; those of sheets have none.
 void LiveSurface::join_open_faces(const Tissue& tissue) {
-  if (is_of_sheet()) {
+  if (is_two_sided()) {
     return;
   }
   sorted_open_.clear();

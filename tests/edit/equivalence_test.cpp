@@ -115,7 +115,6 @@ TEST_CASE("edit equivalence: bad edits break each rule, and change nothing", "[p
       "they must fill it",
       "would have no tetrahedron or triangle",
       "^triangle 1 does not exist; ids must be in",
-      "^triangle 1 was removed before",
       "^triangle 1 is listed twice in one edit",
       "^triangle 1 is moved and removed",
       "^triangle 1 is moved twice",

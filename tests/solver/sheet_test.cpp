@@ -49,7 +49,7 @@ Scene make_scene(float damping = 0) {
 }  // namespace
 
 // Would catch a membrane with other moduli, thickness or mass than its material's, or hinges that
-// are no plate: six closed forms, by each method.
+// are no plate, or compressed triangles that hold against wrinkles, by each method.
 TEST_CASE("sheet: comes to rest where closed forms say", "[long]") {
   const SolverMethod method = GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
   for (const bench::SheetCase& each : bench::sheet_cases()) {
@@ -159,19 +159,23 @@ TEST_CASE("sheet: a free one keeps its momentum", "[unit]") {
   CHECK((angular_now - angular).norm() < 0.03 * angular.norm());
 }
 
-// Would catch sweeps of another energy than that which is summed apart from them.
+// Would catch sweeps of another energy or friction than those which are summed apart from them.
 TEST_CASE("sheet: sweeps leave next to no residual", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(make_scene(1e-3F), {.method = method,
-                                    .substeps = 50,
-                                    .iterations = 40,
-                                    .damping = 20,
-                                    .executor = executor::threads(1)});
-  for (int i = 0; i < 100; ++i) {
+  const float damping = GENERATE(0.0F, 1e-3F);
+  const SheetMesh mesh = testing::make_sheet({8, 8}, kEdge, 0.2);
+  Scene scene;
+  scene.add_sheet("sheet", mesh.positions, mesh.triangles,
+                  {.youngs_modulus = 20e3F, .damping = damping});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() > 7.5 * kEdge; });
+  Solver solver(
+      scene,
+      {.method = method, .substeps = 20, .iterations = 60, .executor = executor::threads(1)});
+  for (int i = 0; i < 4; ++i) {  // it still swings
     solver.step(kStep);
   }
   const Convergence sheet = solver.convergence(kStep)[0];
-  CHECK(sheet.vertex_count == 9 * 11);
+  CHECK(sheet.vertex_count == 9 * 8);
   CHECK(sheet.residual < 0.01 * sheet.elastic);
 }
 

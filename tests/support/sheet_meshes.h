@@ -53,6 +53,20 @@ inline SheetMesh make_sheet(std::array<Index, 2> cells, double edge, double jitt
   return mesh;
 }
 
+/// As make_sheet(), along diagonals that all go the same way, from the origin.
+inline SheetMesh make_slanted_sheet(std::array<Index, 2> cells, double edge) {
+  SheetMesh mesh = make_sheet(cells, edge);
+  mesh.triangles.clear();
+  for (Index j = 0; j < cells[1]; ++j) {
+    for (Index i = 0; i < cells[0]; ++i) {
+      const Index a = i + (cells[0] + 1) * j, d = a + cells[0] + 1;
+      mesh.triangles.push_back({a, a + 1, d + 1});
+      mesh.triangles.push_back({a, d + 1, d});
+    }
+  }
+  return mesh;
+}
+
 /// A rectangle of equilateral triangles, as hinges bend like a plate along any axis: columns along
 /// y, every other of which is half an edge further.
 /// @param cells  between columns, and along each

@@ -72,6 +72,11 @@ struct SheetMaterial {
   float damping = 0;             ///< s, as Material::damping; of stretch and of bending
 };
 
+/// A sheet of a solid's tissue: its density, moduli and friction; a largest stretch it has none.
+/// @param thickness  m
+/// @throws InvalidArgument  if the solid is not Neo-Hookean
+[[nodiscard]] PBDSURG_API SheetMaterial sheet_material(const Material& solid, float thickness);
+
 /// A material whose compliances stand for an elastic solid: an edge for a bar as wide as the mesh's
 /// mean edge is long (stiffness E L), a tetrahedron for the bulk modulus E / (3 (1 - 2 nu)). How
 /// stiff a network of bars is as a whole depends on the mesh: take E as a scale, within a small

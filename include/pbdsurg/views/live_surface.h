@@ -54,6 +54,9 @@ class PBDSURG_API LiveSurface final : public Follower,
   /// [slot_count] where each triangle comes from; the tetrahedron is kInvalidIndex in empty slots.
   [[nodiscard]] std::span<const TetFace> origins() const noexcept { return origins_.values(); }
 
+  /// Whether it is of a sheet: each triangle is there twice, once a side.
+  [[nodiscard]] bool is_two_sided() const noexcept { return face_count_ == 2; }
+
   /// Whether any triangle is at a scene vertex: none is at those of other bodies.
   /// @throws InvalidArgument  naming the vertex that is not of the scene
   [[nodiscard]] bool is_on_surface(Index vertex) const;
@@ -104,7 +107,6 @@ class PBDSURG_API LiveSurface final : public Follower,
   };
 
   void number(const Tissue& tissue);
-  [[nodiscard]] bool is_of_sheet() const noexcept { return face_count_ == 2; }
   [[nodiscard]] bool is_own(Index element) const noexcept;
   void follow_tets(const Tissue& tissue, const TissueChange& change);
   void follow_triangles(const TissueChange& change);
