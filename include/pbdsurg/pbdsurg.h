@@ -40,6 +40,7 @@
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/contact.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/stiff_link.h"

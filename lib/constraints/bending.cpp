@@ -23,8 +23,7 @@ double flexural_rigidity(double youngs_modulus, double thickness, double poisson
   check_positive("the thickness of a plate", thickness, " m");
   check(poissons_ratio > -1 && poissons_ratio <= 0.5, "Poisson's ratio", poissons_ratio,
         "in (-1, 0.5]");
-  return youngs_modulus * thickness * thickness * thickness /
-         (12 * (1 - poissons_ratio * poissons_ratio));
+  return plate_rigidity(youngs_modulus, thickness, poissons_ratio);
 }
 
 }  // namespace pbdsurg

@@ -186,7 +186,7 @@ class StagePlan::Builder {
       asked = spare.edges;
     } else if (holder == Holder::stiff_link) {
       asked = spare.links;
-    } else if (holder == Holder::bending) {
+    } else if (holder == Holder::bending || holder == Holder::membrane) {
       asked = 0;  // come with bodies alone
     }
     return has_grown_ ? std::max(asked, kFewest + constraints / kPart) : asked;

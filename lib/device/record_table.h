@@ -23,12 +23,13 @@ enum class Holder : std::uint8_t {
   distance,
   volume,
   neo_hookean,
+  membrane,
   strain_limit,
   bending,
   stiff_link,
   tube
 };
-inline constexpr int kHolderCount = 7;
+inline constexpr int kHolderCount = 8;
 
 /// Of constraints of a kind.
 [[nodiscard]] constexpr Holder holder_of(PhaseKind kind) noexcept {
@@ -37,6 +38,8 @@ inline constexpr int kHolderCount = 7;
       return Holder::distance;
     case PhaseKind::neo_hookean:
       return Holder::neo_hookean;
+    case PhaseKind::membrane:
+      return Holder::membrane;
     case PhaseKind::strain_limit:
       return Holder::strain_limit;
     case PhaseKind::bending:
@@ -61,6 +64,8 @@ inline constexpr int kHolderCount = 7;
       return DeviceArray::distances;
     case PhaseKind::neo_hookean:
       return DeviceArray::neo_hookeans;
+    case PhaseKind::membrane:
+      return DeviceArray::membranes;
     case PhaseKind::strain_limit:
       return DeviceArray::strain_limits;
     case PhaseKind::bending:

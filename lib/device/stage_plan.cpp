@@ -57,6 +57,8 @@ Index id_count(const SolverData& data) {
     return static_cast<Index>(data.tissue->links().size());
   } else if constexpr (kElement == Element::hinge) {
     return static_cast<Index>(data.tissue->hinges().size());
+  } else if constexpr (kElement == Element::triangle) {
+    return static_cast<Index>(data.tissue->triangles().size());
   } else {
     static_assert(kElement == Element::tet);
     return static_cast<Index>(data.tissue->tets().size());

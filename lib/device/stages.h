@@ -23,6 +23,7 @@ enum class DeviceArray : std::uint32_t {
   volumes,
   joints,
   neo_hookeans,
+  membranes,  ///< none yet: no device steps sheets
   strain_limits,
   bendings,
   stiff_links,
@@ -49,7 +50,7 @@ enum class DeviceArray : std::uint32_t {
   coarse_member_places,
   coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 30;
+inline constexpr int kDeviceArrayCount = 31;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -11,6 +11,7 @@
 #include "pbdsurg/tissue/renumbering.h"
 
 #include "lib/tissue/renumber.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -69,6 +70,11 @@ ThermalMesh::ThermalMesh(const Tissue& tissue, std::span<const ThermalBody> bodi
     if (std::any_of(bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(i),
                     [&](const ThermalBody& other) { return other.body == entry.body; })) {
       throw InvalidArgument("body '" + body.name + "' is given twice");
+    }
+    if (is_sheet(body)) {
+      throw InvalidArgument("body '" + body.name +
+                            "' is a sheet, which has no heat: only "
+                            "tetrahedra do");
     }
     check_thermal_properties(entry.properties);
     for (const Index v : tissue.vertices_of(entry.body)) {

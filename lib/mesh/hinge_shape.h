@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// The shape of two triangles with a common edge.
+/// The shape of two triangles with a common edge, and how a plate of them bends.
 
 #include <algorithm>
 #include <array>
@@ -15,6 +15,12 @@
 #include "lib/base/check.h"
 
 namespace pbdsurg {
+
+/// N m, see flexural_rigidity() of constraints/bending.h.
+inline double plate_rigidity(double youngs_modulus, double thickness, double poissons_ratio) {
+  return youngs_modulus * thickness * thickness * thickness /
+         (12 * (1 - poissons_ratio * poissons_ratio));
+}
 
 /// |e|^2 / (A1 + A2), of the edge (x0, x1) and the triangles with x2 and with x3.
 /// @param x         m

@@ -7,6 +7,12 @@
 #include "lib/solver/methods/coarse_kernel.h"
 
 namespace pbdsurg {
+
+bool leads_to_sheet(const Tissue& tissue, Index link) {
+  const Link& ends = tissue.links()[link];
+  return !tissue.triangles_at(ends.first).empty() || !tissue.triangles_at(ends.second).empty();
+}
+
 bool has_node_for_each_piece(const Tissue& tissue) {
   DisjointSets pieces(static_cast<std::size_t>(tissue.vertex_count()));
   std::vector<bool> is_joined(static_cast<std::size_t>(tissue.vertex_count()), false);
@@ -20,7 +26,7 @@ bool has_node_for_each_piece(const Tissue& tissue) {
     }
   }
   for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
-    if (tissue.is_link_alive(l)) {
+    if (tissue.is_link_alive(l) && !leads_to_sheet(tissue, l)) {
       join(tissue.links()[l].first, tissue.links()[l].second);
     }
   }

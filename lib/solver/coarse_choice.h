@@ -20,4 +20,7 @@ namespace pbdsurg {
 /// alone.
 [[nodiscard]] PBDSURG_API bool has_node_for_each_piece(const Tissue& tissue);
 
+/// Whether an end of a link is a vertex of a sheet, which takes no part in a coarse correction.
+[[nodiscard]] bool leads_to_sheet(const Tissue& tissue, Index link);
+
 }  // namespace pbdsurg

@@ -119,6 +119,9 @@ SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumb
   input.numbers.edges = moved<EdgeNumbers>(ids.edges, compacted.edges().size(), [&](Index e) {
     return origin.constraints.numbers_of_edge(e);
   });
+  input.numbers.triangles =
+      moved<TriangleNumbers>(ids.triangles, compacted.triangles().size(),
+                             [&](Index t) { return origin.constraints.numbers_of_triangle(t); });
   input.numbers.hinges = moved<HingeNumbers>(ids.hinges, compacted.hinges().size(), [&](Index h) {
     return origin.constraints.numbers_of_hinge(h);
   });

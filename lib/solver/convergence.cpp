@@ -11,6 +11,7 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/solver/host/serial_step.h"
@@ -93,6 +94,25 @@ void add_tet(const VertexTet& tet, Ending& ending) {
   }
 }
 
+void add_triangle(const VertexTriangle& triangle, Ending& ending) {
+  const auto& v = triangle.vertices;
+  const auto pull_in = [&](const std::vector<Vector>& x, std::size_t corner) {
+    const Vector& own = x[v[corner]];
+    return AreaPull<double>(x[v[(corner + 1) % 3]] - own, x[v[(corner + 2) % 3]] - own);
+  };
+  const double area = pull_in(ending.end, 0).area;
+  const double tension = triangle.stiffness * (area - triangle.target) +
+                         triangle.area_damping / ending.h * (area - pull_in(ending.start, 0).area);
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const Index a = v[(corner + 1) % 3], b = v[(corner + 2) % 3];
+    ending.add_pull(a, b,
+                    triangle.weights[corner] * ending.length(a, b) +
+                        triangle.edge_damping[corner] / ending.h * ending.lengthened(a, b));
+    Vector& force = ending.forces[v[corner]];
+    force = force - tension * pull_in(ending.end, corner).gradient;
+  }
+}
+
 void add_hinge(const VertexHinge& hinge, Ending& ending) {
   const auto turn_in = [&](const std::vector<Vector>& x) {
     const Vector corners[4] = {x[hinge.vertices[0]], x[hinge.vertices[1]], x[hinge.vertices[2]],
@@ -118,6 +138,11 @@ void add_vertex_blocks(const SolverData& data, Ending& ending) {
                     spring.stiffness * (ending.length(a, b) - spring.rest) +
                         spring.limit_stiffness * std::max(0.0, ending.length(a, b) - spring.limit) +
                         spring.damping / ending.h * ending.lengthened(a, b));
+  }
+  for (const VertexTriangle& triangle : data.vertex_blocks.triangles()) {
+    if (triangle.stiffness > 0) {
+      add_triangle(triangle, ending);
+    }
   }
   for (const VertexHinge& hinge : data.vertex_blocks.hinges()) {
     if (hinge.stiffness > 0) {

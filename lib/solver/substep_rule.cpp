@@ -15,6 +15,7 @@
 #include "lib/solver/coarse_choice.h"
 #include "lib/solver/sets/stiff_links.h"
 #include "lib/solver/solver_options.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -59,9 +60,16 @@ double wave_modulus(const Material& material, double volume, double edge) {
 }
 
 // s, in which a wave of pressure crosses an edge.
-// @param volume  m^3, of a tetrahedron in the mean
+// @param volume  m^3, of a tetrahedron, or a triangle of a sheet, in the mean
 // @param stiffness  times that of the material
-double crossing_time(const Material& material, float stiffness, double volume) {
+double crossing_time(const Body& body, float stiffness, double volume) {
+  const Material& material = body.material;
+  if (is_sheet(body)) {  // in plane stress, of an equilateral one
+    const double ratio = material.poissons_ratio;
+    const double edge = std::sqrt(4 / std::numbers::sqrt3 * volume / double{body.thickness});
+    return edge *
+           std::sqrt(material.density * (1 - ratio * ratio) / double{material.youngs_modulus});
+  }
   const double edge = std::cbrt(6 * std::numbers::sqrt2 * volume);  // of a regular one
   return edge *
          std::sqrt(material.density / (double{stiffness} * wave_modulus(material, volume, edge)));
@@ -94,7 +102,7 @@ int whole(double number) {
 
 struct BodyVolume {
   double volume = 0;    // m^3
-  Index count = 0;      // of tetrahedra
+  Index count = 0;      // of tetrahedra, or triangles of a sheet
   float stiffness = 1;  // of the stiffest of them, times that of the material
 };
 
@@ -130,14 +138,14 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options, 
       continue;
     }
     const Body& body = bodies[b];
-    double limit =
-        limit_of(crossing_time(body.material, stiffness, volume / count), options, is_corrected);
+    const bool has_modes = is_corrected && !is_sheet(body);
+    double limit = limit_of(crossing_time(body, stiffness, volume / count), options, has_modes);
     if (!(limit > 0)) {
       throw InvalidArgument("body '" + body.name +
                             "' has springs of compliance 0: no substep is short enough for them; "
                             "give a compliance, or name substeps and iterations");
     }
-    if (is_corrected) {  // whatever friction there is
+    if (has_modes) {  // whatever friction there is
       limit = with_sweeps(limit, 0, given / kCorrectedSweeps);
     } else if (has_sweeps) {
       limit = with_sweeps(limit, body.material.damping, given);
@@ -159,11 +167,15 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options, 
   return {static_cast<float>(shortest), static_cast<float>(friction)};
 }
 
-// Tetrahedra that a body came with, also those that have gone since.
+// Tetrahedra or triangles that a body came with, also those that have gone since.
 BodyVolume volume_as_it_came(const Tissue& tissue, const Body& body) {
   BodyVolume whole{0, body.tet_count, 1};
   for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
     whole.volume += tissue.tet_mass(t) / body.material.density;
+  }
+  for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+    whole.volume += tissue.triangle_mass(t) / body.material.density;
+    ++whole.count;
   }
   return whole;
 }
@@ -185,6 +197,13 @@ SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
       ++body.count;
     }
   }
+  for (Index t = 0; t < static_cast<Index>(tissue.triangles().size()); ++t) {
+    if (tissue.is_triangle_alive(t)) {
+      const Index b = tissue.body_of_triangle(t);
+      volumes[b].volume += tissue.triangle_mass(t) / tissue.bodies()[b].material.density;
+      ++volumes[b].count;
+    }
+  }
   const bool is_corrected = has_coarse_correction(options) && has_node_for_each_piece(tissue);
   const SubstepRule rule =
       rule_of(tissue.bodies(), options, is_corrected, [&](std::size_t b) { return volumes[b]; });
@@ -201,10 +220,9 @@ SubstepRule stiff_link_rule(const Tissue& tissue, const SolverOptions& options) 
   const auto limit_at = [&](Index vertex) {
     const Index b = tissue.body_of_vertex(vertex);
     const Body& body = tissue.bodies()[b];
-    if (limits[b] < 0 && body.tet_count > 0) {
+    if (limits[b] < 0 && (body.tet_count > 0 || is_sheet(body))) {
       const BodyVolume whole = volume_as_it_came(tissue, body);
-      limits[b] =
-          limit_of(crossing_time(body.material, 1, whole.volume / whole.count), options, false);
+      limits[b] = limit_of(crossing_time(body, 1, whole.volume / whole.count), options, false);
     }
     return limits[b];
   };
@@ -231,6 +249,12 @@ SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) 
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       sum.volume += tet_volume(new_bodies.positions(), new_bodies.tets()[t]);
       sum.stiffness = std::max(sum.stiffness, new_bodies.stiffnesses()[t]);
+    }
+    for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+      sum.volume +=
+          body.thickness * triangle_area(new_bodies.positions(), new_bodies.triangles()[t]);
+      sum.stiffness = 1;
+      ++sum.count;
     }
     return sum;
   });

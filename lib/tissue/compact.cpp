@@ -33,26 +33,34 @@ std::size_t count_living(const std::vector<Index>& ids) {
 // Bodies that live, with the room of what lives in them.
 void renumber_bodies(const TissueData& data, TissueData& made, Renumbering& ids) {
   const auto body_count = static_cast<std::size_t>(data.bodies.size());
-  std::vector<Index> tet_counts(body_count, 0);
+  std::vector<Index> tet_counts(body_count, 0), triangle_counts(body_count, 0);
   for (Index t = 0; t < data.tets.size(); ++t) {
     if (data.tet_alive[t] != 0) {
       ++tet_counts[data.body_of_tet(t)];
     }
   }
-  std::vector<Index> first_vertex, first_tet;
-  Index vertex = 0, tet = 0;
+  for (Index t = 0; t < data.triangles.size(); ++t) {
+    if (data.triangle_alive[t] != 0) {
+      ++triangle_counts[data.body_of_triangle(t)];
+    }
+  }
+  std::vector<Index> first_vertex, first_tet, first_triangle;
+  Index vertex = 0, tet = 0, triangle = 0;
   for (Index b = 0; b < data.bodies.size(); ++b) {
     first_vertex.push_back(vertex);
     first_tet.push_back(tet);
+    first_triangle.push_back(triangle);
     const bool lives = data.tissue_counts[b] > 0;
     ids.bodies.push_back(lives ? made.bodies.size() : kInvalidIndex);
     if (lives) {
       made.bodies.push_back({data.bodies[b].name, data.bodies[b].material, vertex,
-                             data.tissue_counts[b], tet, tet_counts[b]});
+                             data.tissue_counts[b], tet, tet_counts[b], triangle,
+                             triangle_counts[b], data.bodies[b].thickness});
       made.tissue_counts.push_back(data.tissue_counts[b]);
     }
     vertex += data.tissue_counts[b];
     tet += tet_counts[b];
+    triangle += triangle_counts[b];
   }
   ids.vertices = renumber(data.vertex_count(), std::move(first_vertex), [&](Index v) {
     return data.masses[v] > 0 ? data.body_of_vertex(v) : kInvalidIndex;
@@ -60,12 +68,26 @@ void renumber_bodies(const TissueData& data, TissueData& made, Renumbering& ids)
   ids.tets = renumber(data.tets.size(), std::move(first_tet), [&](Index t) {
     return data.tet_alive[t] != 0 ? data.body_of_tet(t) : kInvalidIndex;
   });
+  ids.triangles = renumber(data.triangles.size(), std::move(first_triangle), [&](Index t) {
+    return data.triangle_alive[t] != 0 ? data.body_of_triangle(t) : kInvalidIndex;
+  });
 }
 
 template <class Value>
 UndoArray<Value> moved_array(const std::vector<Index>& ids, std::size_t count,
                              const UndoArray<Value>& from) {
   return UndoArray(moved<Value>(ids, count, [&](Index i) { return from[i]; }));
+}
+
+// Corners of what lives, by their new ids.
+template <class Corners>
+UndoArray<Corners> moved_corners(const std::vector<Index>& ids, const Renumbering& all,
+                                 const UndoArray<Corners>& from) {
+  return UndoArray(moved<Corners>(ids, count_living(ids), [&](Index i) {
+    Corners corners = from[i];
+    std::ranges::transform(corners, corners.begin(), [&](Index v) { return all.vertices[v]; });
+    return corners;
+  }));
 }
 
 // Appends what lives, with other ends.
@@ -105,6 +127,9 @@ std::unique_ptr<TissueData> copy_of_elements(const TissueData& data) {
   copy->tet_alive = data.tet_alive;
   copy->tet_masses = data.tet_masses;
   copy->stiffnesses = data.stiffnesses;
+  copy->triangles = data.triangles;
+  copy->triangle_alive = data.triangle_alive;
+  copy->triangle_masses = data.triangle_masses;
   copy->edges = data.edges;
   copy->edge_tets = data.edge_tets;
   copy->links = data.links;
@@ -118,6 +143,7 @@ std::unique_ptr<TissueData> copy_of_elements(const TissueData& data) {
 std::unique_ptr<TissueData> copy_of(const TissueData& data) {
   std::unique_ptr<TissueData> copy = copy_of_elements(data);
   copy->vertex_tets = data.vertex_tets;
+  copy->vertex_triangles = data.vertex_triangles;
   copy->vertex_links = data.vertex_links;
   copy->vertex_hinges = data.vertex_hinges;
   copy->tet_edges = data.tet_edges;
@@ -136,6 +162,7 @@ Scene scene_of(const TissueData& data) {
   scene.masses_ = vector_of(data.masses);
   scene.fixed_.assign(data.fixed.values().begin(), data.fixed.values().end());
   scene.tets_ = vector_of(data.tets);
+  scene.triangles_ = vector_of(data.triangles);
   scene.stiffnesses_ = vector_of(data.stiffnesses);
   scene.links_ = vector_of(data.links);
   scene.hinges_ = vector_of(data.hinges);
@@ -152,14 +179,14 @@ std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   made.rest_positions = moved_array(ids.vertices, vertex_count, data.rest_positions);
   made.fixed = moved_array(ids.vertices, vertex_count, data.fixed);
   made.masses = moved_array(ids.vertices, vertex_count, data.masses);
-  made.tets = UndoArray(moved<Tet>(ids.tets, tet_count, [&](Index t) {
-    Tet tet = data.tets[t];
-    std::ranges::transform(tet, tet.begin(), [&](Index v) { return ids.vertices[v]; });
-    return tet;
-  }));
+  made.tets = moved_corners(ids.tets, ids, data.tets);
   made.tet_alive = UndoArray(std::vector<std::uint8_t>(tet_count, 1));
   made.tet_masses = moved_array(ids.tets, tet_count, data.tet_masses);
   made.stiffnesses = moved_array(ids.tets, tet_count, data.stiffnesses);
+  made.triangles = moved_corners(ids.triangles, ids, data.triangles);
+  const auto triangle_count = static_cast<std::size_t>(made.triangles.size());
+  made.triangle_alive = UndoArray(std::vector<std::uint8_t>(triangle_count, 1));
+  made.triangle_masses = moved_array(ids.triangles, triangle_count, data.triangle_masses);
   ids.links =
       keep_living(data.links, data.link_alive, made.links, made.link_alive, [&](Link& link) {
         link.first = ids.vertices[link.first];

@@ -72,11 +72,17 @@ void check_removals(TissueData& data, const TopologyEdit& edit) {
   std::vector<Index>& ids = data.buffer;
   ids = edit.remove_tets;
   check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
+  ids = edit.remove_triangles;
+  check_ids("triangle", ids, count_of(data.triangles),
+            [&](Index t) { return data.triangle_alive[t] != 0; });
   ids = edit.remove_bodies;
   check_ids("body", ids, count_of(data.bodies), [&](Index b) { return data.tissue_counts[b] > 0; });
   if (!edit.remove_bodies.empty()) {
     for (const Index t : edit.remove_tets) {
       check_stays(data, edit, "tet", t, data.body_of_tet(t));
+    }
+    for (const Index t : edit.remove_triangles) {
+      check_stays(data, edit, "triangle", t, data.body_of_triangle(t));
     }
   }
   ids = edit.remove_links;
@@ -141,9 +147,9 @@ void check_new_vertices(const TissueData& data, const TopologyEdit& edit) {
         throw InvalidArgument(what() + " refers to vertex " + std::to_string(v) +
                               "; ids must be in [0, " + std::to_string(count) + ")");
       }
-      if (data.vertex_tets[v].empty()) {
+      if (!data.is_corner(v)) {
         throw InvalidArgument(what() + " refers to vertex " + std::to_string(v) +
-                              ", which no tetrahedron has");
+                              ", which no tetrahedron or triangle has");
       }
       check_stays(data, edit, "new vertex", static_cast<Index>(count + i), data.body_of_vertex(v));
     }
@@ -185,6 +191,26 @@ void check_moved_once(const char* what, std::pmr::vector<std::array<Index, 2>>& 
     throw InvalidArgument(name_of(what, (*twice)[0]) + " is moved twice from vertex " +
                           std::to_string((*twice)[1]) + " in one edit");
   }
+}
+
+void check_triangle_moves(const TissueData& data, const TopologyEdit& edit) {
+  std::pmr::vector<std::array<Index, 2>> moved(data.scratch.get());
+  const std::pmr::vector<Index> removed = sorted(edit.remove_triangles, data);
+  for (const TriangleMove& move : edit.triangle_moves) {
+    check_id("triangle", move.triangle, count_of(data.triangles),
+             [&](Index t) { return data.triangle_alive[t] != 0; });
+    const std::string what = name_of("triangle", move.triangle);
+    check_stays(data, edit, "triangle", move.triangle, data.body_of_triangle(move.triangle));
+    if (std::ranges::binary_search(removed, move.triangle)) {
+      throw InvalidArgument(what + " is moved and removed by one edit");
+    }
+    if (std::ranges::count(data.triangles[move.triangle], move.from) == 0) {
+      throw InvalidArgument(what + " has no corner at vertex " + std::to_string(move.from));
+    }
+    check_copy(data, edit, what, move.from, move.to);
+    moved.push_back({move.triangle, move.from});
+  }
+  check_moved_once("triangle", moved);
 }
 
 void check_moves(const TissueData& data, const TopologyEdit& edit) {
@@ -287,10 +313,12 @@ void check_new_bodies(const TissueData& data, const TopologyEdit& edit) {
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   const auto vertex_count = static_cast<std::size_t>(scene.vertex_count());
   if (count_of(data.rest_positions) + edit.new_vertices.size() + vertex_count > kMost ||
-      count_of(data.tets) + edit.new_tets.size() + scene.tets().size() > kMost) {
-    throw InvalidArgument("with " + std::to_string(vertex_count) + " vertices and " +
-                          std::to_string(scene.tets().size()) +
-                          " tets of new bodies there would be more than 2147483647");
+      count_of(data.tets) + edit.new_tets.size() + scene.tets().size() > kMost ||
+      count_of(data.triangles) + scene.triangles().size() > kMost) {
+    throw InvalidArgument("with " + std::to_string(vertex_count) + " vertices, " +
+                          std::to_string(scene.tets().size()) + " tets and " +
+                          std::to_string(scene.triangles().size()) +
+                          " triangles of new bodies there would be more than 2147483647");
   }
 }
 
@@ -306,6 +334,9 @@ void check_use_of_new_vertices(const TissueData& data, const TopologyEdit& edit)
   for (const CornerMove& move : edit.corner_moves) {
     use(move.to);
   }
+  for (const TriangleMove& move : edit.triangle_moves) {
+    use(move.to);
+  }
   for (const NewTet& tet : edit.new_tets) {
     std::ranges::for_each(tet.vertices, use);
   }
@@ -313,7 +344,7 @@ void check_use_of_new_vertices(const TissueData& data, const TopologyEdit& edit)
   if (unused != is_used.end()) {
     throw InvalidArgument(
         name_of("new vertex", first + static_cast<Index>(unused - is_used.begin())) +
-        " would have no tetrahedron");
+        " would have no tetrahedron or triangle");
   }
 }
 
@@ -352,6 +383,13 @@ void find_stopping(const TissueData& data, const TopologyEdit& edit, std::vector
   for (const CornerMove& move : edit.corner_moves) {
     vertices.push_back(move.from);
   }
+  for (const Index triangle : edit.remove_triangles) {
+    vertices.insert(vertices.end(), data.triangles[triangle].begin(),
+                    data.triangles[triangle].end());
+  }
+  for (const TriangleMove& move : edit.triangle_moves) {
+    vertices.push_back(move.from);
+  }
   std::pmr::vector<Index> parents(data.scratch.get()), kept(data.scratch.get());
   for (const NewTet& tet : edit.new_tets) {
     parents.push_back(tet.parent);
@@ -366,7 +404,8 @@ void find_stopping(const TissueData& data, const TopologyEdit& edit, std::vector
   for (auto first = vertices.begin(); first != vertices.end();) {
     const auto last = std::upper_bound(first, vertices.end(), *first);
     const auto lost = static_cast<std::size_t>(last - first);
-    if (lost == data.vertex_tets[*first].size() && !std::ranges::binary_search(kept, *first)) {
+    const std::size_t had = data.vertex_tets[*first].size() + data.triangles_at(*first).size();
+    if (lost == had && !std::ranges::binary_search(kept, *first)) {
       *stopping++ = *first;
     }
     first = last;
@@ -422,6 +461,9 @@ void check_edit(TissueData& data, const TopologyEdit& edit) {
   check_new_vertices(data, edit);
   if (!edit.corner_moves.empty() || !edit.link_moves.empty()) {
     check_moves(data, edit);
+  }
+  if (!edit.triangle_moves.empty()) {
+    check_triangle_moves(data, edit);
   }
   if (!edit.new_tets.empty()) {
     check_new_tets(data, edit);

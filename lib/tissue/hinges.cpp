@@ -15,22 +15,20 @@ namespace {
 
 using Corners = std::array<Index, 4>;
 
-bool has(const Tet& tet, Index vertex) {
-  return std::ranges::find(tet, vertex) != tet.end();
-}
-
 Triangle triangle_of(const Corners& hinge, std::size_t side) {
   return {hinge[0], hinge[1], hinge[2 + side]};
 }
 
-bool has_all(const Tet& tet, const Triangle& triangle) {
-  return std::ranges::all_of(triangle, [&](Index v) { return has(tet, v); });
+bool has_all(std::span<const Index> corners, const Triangle& triangle) {
+  return std::ranges::all_of(
+      triangle, [&](Index v) { return std::ranges::find(corners, v) != corners.end(); });
 }
 
-// Calls visit(hinge) for each that has a triangle of a tetrahedron; some twice.
+// Calls visit(hinge) for each that has a triangle of a tetrahedron, or is of a sheet's triangle;
+// some twice.
+// @param corners  [4] or [3]
 template <class Visit>
-void for_each_hinge_of(const TissueData& data, Index tet, Visit visit) {
-  const Tet& corners = data.tets[tet];
+void for_each_hinge_of(const TissueData& data, std::span<const Index> corners, Visit visit) {
   for (std::size_t i = 0; i < 2; ++i) {  // a triangle has one of any two corners
     for (const Index hinge : data.hinges_at(corners[i])) {
       const Corners& v = data.hinges[hinge].vertices;
@@ -62,15 +60,17 @@ void move_hinge(TissueData& data, Index id, const Corners& vertices) {
   data.change.moved_hinges.push_back(id);
 }
 
-// The tetrahedron of the surface that has a triangle.
-Index find_tet(const TissueData& data, const Triangle& triangle) {
-  const auto at = data.vertex_tets[triangle[0]];
-  return *std::ranges::find_if(at, [&](Index t) { return has_all(data.tets[t], triangle); });
+// The tetrahedron of the surface, or the triangle of a sheet, that has a triangle.
+// @param at  those at a vertex of the triangle, which has one of them
+template <class Corners>
+Index find_owner(std::span<const Index> at, const UndoArray<Corners>& all,
+                 const Triangle& triangle) {
+  return *std::ranges::find_if(at, [&](Index id) { return has_all(all[id], triangle); });
 }
 
-// What a triangle has become in a tetrahedron: vertices that are the same, or copies.
-std::optional<Triangle> find_in(const Tet& tet, const Triangle& triangle, const TopologyEdit& edit,
-                                Index first_new_vertex) {
+// What a triangle has become in its owner: vertices that are the same, or copies.
+std::optional<Triangle> find_in(std::span<const Index> corners, const Triangle& triangle,
+                                const TopologyEdit& edit, Index first_new_vertex) {
   const auto original = [&](Index v) {
     if (v < first_new_vertex) {
       return v;
@@ -80,8 +80,8 @@ std::optional<Triangle> find_in(const Tet& tet, const Triangle& triangle, const 
   };
   Triangle found{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto corner = std::ranges::find(tet, triangle[i], original);
-    if (corner == tet.end()) {
+    const auto corner = std::ranges::find(corners, triangle[i], original);
+    if (corner == corners.end()) {
       return std::nullopt;
     }
     found[i] = *corner;
@@ -91,12 +91,12 @@ std::optional<Triangle> find_in(const Tet& tet, const Triangle& triangle, const 
 
 }  // namespace
 
-void remove_hinges(TissueData& data, Index tet) {
+void remove_hinges(TissueData& data, std::span<const Index> corners) {
   if (data.hinges.size() == 0) {
     return;
   }
   std::pmr::vector<Index> hinges(data.scratch.get());
-  for_each_hinge_of(data, tet, [&](Index hinge) {
+  for_each_hinge_of(data, corners, [&](Index hinge) {
     if (std::ranges::find(hinges, hinge) == hinges.end()) {
       hinges.push_back(hinge);
     }
@@ -111,20 +111,28 @@ PartedHinges::PartedHinges(const TissueData& data, const TopologyEdit& edit)
   if (data.hinges.size() == 0) {
     return;
   }
-  const auto collect = [&](Index tet) {
-    for_each_hinge_of(data, tet, [&](Index hinge) { hinges_.push_back({hinge, {}}); });
+  const auto collect = [&](std::span<const Index> corners, bool is_of_sheet) {
+    for_each_hinge_of(data, corners, [&](Index hinge) {
+      hinges_.push_back({hinge, {}, is_of_sheet});
+    });
   };
   for (const CornerMove& move : edit.corner_moves) {
-    collect(move.tet);
+    collect(data.tets[move.tet], false);
   }
   for (const NewTet& tet : edit.new_tets) {
-    collect(tet.parent);
+    collect(data.tets[tet.parent], false);
+  }
+  for (const TriangleMove& move : edit.triangle_moves) {
+    collect(data.triangles[move.triangle], true);
   }
   std::ranges::sort(hinges_, {}, &Parted::hinge);
   hinges_.erase(std::unique(hinges_.begin(), hinges_.end()), hinges_.end());
   for (Parted& parted : hinges_) {
     for (std::size_t side = 0; side < 2; ++side) {
-      parted.tets[side] = find_tet(data, triangle_of(data.hinges[parted.hinge].vertices, side));
+      const Triangle triangle = triangle_of(data.hinges[parted.hinge].vertices, side);
+      parted.owners[side] =
+          parted.is_of_sheet ? find_owner(data.triangles_at(triangle[0]), data.triangles, triangle)
+                             : find_owner(data.vertex_tets[triangle[0]], data.tets, triangle);
     }
   }
 }
@@ -140,25 +148,30 @@ void PartedHinges::settle(TissueData& data, const TopologyEdit& edit) const {
                           data.change.first_new_tet + static_cast<Index>(i));
   }
   std::ranges::sort(children);
+  const auto find_now = [&](std::span<const Index> corners, const Triangle& triangle) {
+    return find_in(corners, triangle, edit, data.change.first_new_vertex);
+  };
   const auto find_triangle = [&](Index tet, const Triangle& triangle) -> std::optional<Triangle> {
-    const auto find_at = [&](Index at) {
-      return find_in(data.tets[at], triangle, edit, data.change.first_new_vertex);
-    };
     if (data.tet_alive[tet] != 0) {
-      return find_at(tet);
+      return find_now(data.tets[tet], triangle);
     }
     for (auto child = std::ranges::lower_bound(children, tet, {}, &Child::first);
          child != children.end() && child->first == tet; ++child) {
-      if (const std::optional<Triangle> found = find_at(child->second)) {
+      if (const std::optional<Triangle> found = find_now(data.tets[child->second], triangle)) {
         return found;
       }
     }
     return std::nullopt;
   };
-  for (const auto& [hinge, tets] : hinges_) {
+  for (const auto& [hinge, owners, is_of_sheet] : hinges_) {
     const Corners before = data.hinges[hinge].vertices;
-    const auto left = find_triangle(tets[0], triangle_of(before, 0));
-    const auto right = find_triangle(tets[1], triangle_of(before, 1));
+    std::optional<Triangle> sides[2];
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Triangle triangle = triangle_of(before, side);
+      sides[side] = is_of_sheet ? find_now(data.triangles[owners[side]], triangle)
+                                : find_triangle(owners[side], triangle);
+    }
+    const auto& [left, right] = sides;
     if (!left || !right || (*left)[0] != (*right)[0] || (*left)[1] != (*right)[1]) {
       remove_hinge(data, hinge);
       continue;

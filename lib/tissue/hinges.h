@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <memory_resource>
+#include <span>
 #include <vector>
 
 #include "pbdsurg/tissue/topology_edit.h"
@@ -18,11 +19,13 @@ struct TissueData;
 /// That go with a tetrahedron: of two triangles of the surface, more or less.
 inline constexpr std::size_t kHingesOfTet = 6;
 
-/// Removes the hinges of a live tetrahedron's triangles.
-void remove_hinges(TissueData& data, Index tet);
+/// Removes the hinges of a live tetrahedron's triangles, or of a sheet's triangle.
+/// @param corners  [4] or [3]
+void remove_hinges(TissueData& data, std::span<const Index> corners);
 
-/// Hinges of tetrahedra that an edit parts or splits. Their triangles go to the tetrahedra that
-/// come of these, and may have copies of their vertices then.
+/// Hinges of tetrahedra that an edit parts or splits, and of triangles of sheets that it parts.
+/// Their triangles go to the tetrahedra that come of these, and may have copies of their vertices
+/// then.
 class PartedHinges {
  public:
   /// Before corners move.
@@ -35,7 +38,8 @@ class PartedHinges {
  private:
   struct Parted {
     Index hinge;
-    std::array<Index, 2> tets;  // of its triangles, before
+    std::array<Index, 2> owners;  // of its triangles, before: tetrahedra, or triangles of a sheet
+    bool is_of_sheet;
 
     bool operator==(const Parted&) const = default;
   };

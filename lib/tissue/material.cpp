@@ -38,6 +38,17 @@ Material elastic_material(const TetMesh& mesh, double density, double youngs_mod
   return material;
 }
 
+SheetMaterial sheet_material(const Material& solid, float thickness) {
+  if (solid.model != ElasticModel::neo_hookean) {
+    throw InvalidArgument("a sheet is made of a Neo-Hookean material's moduli; this one has none");
+  }
+  return {.thickness = thickness,
+          .density = solid.density,
+          .youngs_modulus = solid.youngs_modulus,
+          .poissons_ratio = solid.poissons_ratio,
+          .damping = solid.damping};
+}
+
 Material springs(const TetMesh& mesh, const Material& solid) {
   if (solid.model != ElasticModel::neo_hookean) {
     throw InvalidArgument("springs are made of a Neo-Hookean material's moduli; this one has none");

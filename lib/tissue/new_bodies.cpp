@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/tissue/new_bodies.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/tissue/sheet.h"
+
 namespace pbdsurg {
 namespace {
 
-// The ids that the first of a scene's vertices, tetrahedra and edges get.
+// The ids that the first of a scene's vertices, tetrahedra, triangles and edges get.
 struct FirstIds {
-  Index vertex, tet, edge;
+  Index vertex, tet, triangle, edge;
 };
 
 void add_vertices(TissueData& data, const Scene& scene, const FirstIds& first) {
@@ -19,6 +22,7 @@ void add_vertices(TissueData& data, const Scene& scene, const FirstIds& first) {
     Body added = body;
     added.first_vertex += first.vertex;
     added.first_tet += first.tet;
+    added.first_triangle += first.triangle;
     data.bodies.push_back(added);
     data.tissue_counts.push_back(0);
     for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
@@ -64,15 +68,27 @@ void add_tets(TissueData& data, const Scene& scene, const FirstIds& first) {
   }
 }
 
+void add_triangles(TissueData& data, const Scene& scene, const FirstIds& first) {
+  for (const Body& body : scene.bodies()) {
+    for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+      Triangle vertices = scene.triangles()[t];
+      std::ranges::for_each(vertices, [&](Index& v) { v += first.vertex; });
+      data.add_triangle(vertices, triangle_mass(body, scene.positions(), scene.triangles()[t]));
+    }
+  }
+}
+
 }  // namespace
 
 void add_bodies(TissueData& data, const Scene& scene) {
   if (scene.bodies().empty()) {
     return;
   }
-  const FirstIds first{data.vertex_count(), data.tets.size(), data.edges.size()};
+  const FirstIds first{data.vertex_count(), data.tets.size(), data.triangles.size(),
+                       data.edges.size()};
   add_vertices(data, scene, first);
   add_tets(data, scene, first);
+  add_triangles(data, scene, first);
 }
 
 }  // namespace pbdsurg

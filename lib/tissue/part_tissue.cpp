@@ -112,6 +112,17 @@ void move_corners(TissueData& data, const TopologyEdit& edit) {
   }
 }
 
+void move_triangles(TissueData& data, const TopologyEdit& edit) {
+  for (const TriangleMove& move : edit.triangle_moves) {
+    Triangle vertices = data.triangles[move.triangle];
+    std::ranges::replace(vertices, move.from, move.to);
+    data.triangles.set(move.triangle, vertices);
+    data.vertex_triangles.insert(move.to, move.triangle);
+    data.buffer.push_back(move.to);
+    take_triangle_from_vertex(data, move.from, move.triangle);
+  }
+}
+
 void move_links(TissueData& data, const TopologyEdit& edit) {
   for (const LinkMove& move : edit.link_moves) {
     Link link = data.links[move.link];

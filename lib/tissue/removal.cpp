@@ -32,7 +32,7 @@ void remove_link(TissueData& data, Index link) {
 }
 
 void remove_tet(TissueData& data, Index tet) {
-  remove_hinges(data, tet);
+  remove_hinges(data, data.tets[tet]);
   take_out_tet(data, tet);
 }
 
@@ -53,7 +53,7 @@ void take_out_tet(TissueData& data, Index tet) {
 
 void remove_body(TissueData& data, Index body) {
   for_each_vertex_of(data, body, [&](Index v) {
-    if (data.masses[v] > 0 && data.vertex_tets[v].empty()) {  // a particle
+    if (data.masses[v] > 0 && !data.is_corner(v)) {  // a particle
       data.set_mass(v, 0);
       data.change.emptied_vertices.push_back(v);
     }
@@ -63,6 +63,29 @@ void remove_body(TissueData& data, Index body) {
       remove_tet(data, t);
     }
   });
+  const Body& own = data.bodies[body];
+  for (Index t = own.first_triangle; t < own.first_triangle + own.triangle_count; ++t) {
+    if (data.triangle_alive[t] != 0) {
+      remove_triangle(data, t);
+    }
+  }
+}
+
+void remove_triangle(TissueData& data, Index triangle) {
+  remove_hinges(data, data.triangles[triangle]);
+  data.triangle_alive.set(triangle, 0);
+  data.change.removed_triangles.push_back(triangle);
+  for (const Index v : data.triangles[triangle]) {
+    take_triangle_from_vertex(data, v, triangle);
+  }
+}
+
+void take_triangle_from_vertex(TissueData& data, Index vertex, Index triangle) {
+  data.vertex_triangles.erase(vertex, triangle);
+  data.buffer.push_back(vertex);
+  if (data.triangles_at(vertex).empty()) {
+    data.change.emptied_vertices.push_back(vertex);
+  }
 }
 
 void take_from_vertex(TissueData& data, Index vertex, Index tet) {
@@ -81,6 +104,9 @@ void sum_masses(TissueData& data) {
     double mass = 0;
     for (const Index tet : data.vertex_tets[*v]) {
       mass += data.tet_masses[tet] / 4;
+    }
+    for (const Index triangle : data.triangles_at(*v)) {
+      mass += data.triangle_masses[triangle] / 3;
     }
     data.set_mass(*v, mass);
   }

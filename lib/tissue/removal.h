@@ -26,12 +26,18 @@ void take_out_tet(TissueData& data, Index tet);
 /// A vertex loses a tetrahedron; without any it stops.
 void take_from_vertex(TissueData& data, Index vertex, Index tet);
 
+/// Removes a triangle of a sheet and its hinges.
+void remove_triangle(TissueData& data, Index triangle);
+
+/// A vertex loses a triangle; without any it stops.
+void take_triangle_from_vertex(TissueData& data, Index vertex, Index triangle);
+
 /// Removes all tissue of a body: what it came with, and what edits split off it.
 void remove_body(TissueData& data, Index body);
 
-/// Vertices whose tetrahedra changed get a quarter of the mass of each that they have now: summed,
-/// for what is left after subtracting may be rounding alone where slivers remain.
-/// Cost: proportional to the tetrahedra at these vertices.
+/// Vertices whose tetrahedra or triangles changed get their share of each that they have now:
+/// summed, for what is left after subtracting may be rounding alone where slivers remain. Cost:
+/// proportional to what is at these vertices.
 void sum_masses(TissueData& data);
 
 /// Removes the links of vertices without tissue.

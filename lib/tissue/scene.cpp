@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "lib/base/check.h"
 #include "lib/mesh/hinge_shape.h"
 #include "lib/tissue/scene_checks.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -70,6 +72,54 @@ void check_hinge(const std::string& what, const Hinge& hinge,
   if (!(compliance >= kLeastCompliance && compliance <= kLargestCompliance)) {
     throw InvalidArgument(what + " has compliance " + describe(compliance) +
                           " 1/(N m); it must be in [1e-12, 1e12]");
+  }
+}
+
+void check_sheet(const std::string& what, std::span<const Eigen::Vector3d> positions,
+                 std::span<const Triangle> triangles) {
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (!positions[v].allFinite()) {
+      throw InvalidArgument(what + ": the position of vertex " + std::to_string(v) + " is " +
+                            describe(positions[v]) + " m; it must be finite");
+    }
+  }
+  std::vector<std::pair<Triangle, std::size_t>> known;
+  known.reserve(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const std::string name = what + ": triangle " + std::to_string(t);
+    Triangle sorted = triangles[t];
+    std::ranges::sort(sorted);
+    for (const Index v : sorted) {
+      if (v < 0 || static_cast<std::size_t>(v) >= positions.size()) {
+        throw InvalidArgument(name + " refers to vertex " + std::to_string(v) +
+                              "; ids must be in [0, " + std::to_string(positions.size()) + ")");
+      }
+    }
+    if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end()) {
+      throw InvalidArgument(name + " has vertex " + std::to_string(*twice) +
+                            " twice; its three vertices must differ");
+    }
+    double longest = 0;  // m^2
+    for (int i = 0; i < 3; ++i) {
+      longest =
+          std::max(longest, (positions[sorted[i]] - positions[sorted[(i + 1) % 3]]).squaredNorm());
+    }
+    constexpr double kLeastShare = 1e-6;
+    const double area = triangle_area(positions, sorted);
+    if (!(area > kLeastShare * longest)) {
+      throw InvalidArgument(name + " has " + describe(area) +
+                            " m^2; it must be more than 1e-6 of the square of its longest edge, " +
+                            describe(longest) + " m^2");
+    }
+    known.emplace_back(sorted, t);
+  }
+  std::ranges::sort(known);
+  const auto twice =
+      std::ranges::adjacent_find(known, {}, &std::pair<Triangle, std::size_t>::first);
+  if (twice != known.end()) {
+    throw InvalidArgument(what + ": triangles " + std::to_string(twice->second) + " and " +
+                          std::to_string(std::next(twice)->second) +
+                          " have the same vertices; each must have others");
   }
 }
 
@@ -129,7 +179,7 @@ Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> posi
   }
   bodies_.push_back({std::move(name), material, vertex_count(),
                      static_cast<Index>(positions.size()), static_cast<Index>(tets_.size()),
-                     static_cast<Index>(tet_count)});
+                     static_cast<Index>(tet_count), static_cast<Index>(triangles_.size())});
   positions_.insert(positions_.end(), positions.begin(), positions.end());
   masses_.insert(masses_.end(), masses.begin(), masses.end());
   fixed_.resize(positions_.size(), false);
@@ -164,6 +214,46 @@ BodyId Scene::add_particles(std::string name, std::span<const Eigen::Vector3d> p
     }
   }
   append_body(std::move(name), positions, std::vector<double>(positions.size(), mass), 0, {});
+  return BodyId(static_cast<Index>(bodies_.size()) - 1);
+}
+
+BodyId Scene::add_sheet(std::string name, std::span<const Eigen::Vector3d> positions,
+                        std::span<const Triangle> triangles, const SheetMaterial& material) {
+  Scene whole = *this;
+  const BodyId id = whole.append_sheet(std::move(name), positions, triangles, material);
+  whole.add_hinges(id, static_cast<float>(plate_rigidity(
+                           material.youngs_modulus, material.thickness, material.poissons_ratio)));
+  *this = std::move(whole);
+  return id;
+}
+
+// Without hinges.
+BodyId Scene::append_sheet(std::string name, std::span<const Eigen::Vector3d> positions,
+                           std::span<const Triangle> triangles, const SheetMaterial& material) {
+  const std::string what = "body '" + name + "'";
+  check_positive((what + ": thickness").c_str(), material.thickness, " m");
+  check_positive((what + ": density").c_str(), material.density, " kg/m^3");
+  const Material solid{.density = material.density,
+                       .youngs_modulus = material.youngs_modulus,
+                       .poissons_ratio = material.poissons_ratio,
+                       .damping = material.damping};
+  check_material(what, solid);
+  check_sheet(what, positions, triangles);
+  if (triangles_.size() + triangles.size() > std::numeric_limits<Index>::max()) {
+    throw InvalidArgument(what + " would take the scene beyond 2147483647 triangles");
+  }
+  Body& body =
+      append_body(std::move(name), positions, std::vector<double>(positions.size(), 0), 0, solid);
+  body.triangle_count = static_cast<Index>(triangles.size());
+  body.thickness = material.thickness;
+  for (Triangle triangle : triangles) {
+    const double mass = triangle_mass(body, positions, triangle);
+    for (Index& v : triangle) {
+      v += body.first_vertex;
+      masses_[v] += mass / 3;
+    }
+    triangles_.push_back(triangle);
+  }
   return BodyId(static_cast<Index>(bodies_.size()) - 1);
 }
 
@@ -210,12 +300,17 @@ Index Scene::add_link(const Link& link) {
 void Scene::append(const Scene& other) {
   Scene both = *this;
   const Index first_vertex = vertex_count(), first_tet = static_cast<Index>(tets_.size());
+  const std::size_t first_triangle = triangles_.size();
   for (const Body& body : other.bodies_) {
     const auto first = static_cast<std::size_t>(body.first_vertex);
     const auto count = static_cast<std::size_t>(body.vertex_count);
-    both.append_body(body.name, other.positions().subspan(first, count),
-                     other.masses().subspan(first, count), static_cast<std::size_t>(body.tet_count),
-                     body.material);
+    Body& added = both.append_body(body.name, other.positions().subspan(first, count),
+                                   other.masses().subspan(first, count),
+                                   static_cast<std::size_t>(body.tet_count), body.material);
+    added.triangle_count = body.triangle_count;
+    added.thickness = body.thickness;
+    const auto triangles = other.triangles().subspan(body.first_triangle, body.triangle_count);
+    both.triangles_.insert(both.triangles_.end(), triangles.begin(), triangles.end());
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       both.tets_.push_back(other.tets_[t]);
       both.stiffnesses_.push_back(other.stiffnesses_[t]);
@@ -223,6 +318,9 @@ void Scene::append(const Scene& other) {
   }
   for (auto tet = both.tets_.begin() + first_tet; tet != both.tets_.end(); ++tet) {
     std::ranges::for_each(*tet, [&](Index& v) { v += first_vertex; });
+  }
+  for (Triangle& triangle : std::span(both.triangles_).subspan(first_triangle)) {
+    std::ranges::for_each(triangle, [&](Index& v) { v += first_vertex; });
   }
   std::copy(other.fixed_.begin(), other.fixed_.end(), both.fixed_.begin() + first_vertex);
   for (Link link : other.links_) {
@@ -254,12 +352,15 @@ Index Scene::add_hinge(const Hinge& hinge) {
                                      [](Index id, const Body& b) { return id < b.first_vertex; }) -
                     1;
   const auto tets = std::span<const Tet>(tets_).subspan(body->first_tet, body->tet_count);
+  const auto triangles =
+      std::span<const Triangle>(triangles_).subspan(body->first_triangle, body->triangle_count);
   for (const Index opposite : {v[2], v[3]}) {
-    const auto count = std::ranges::count_if(tets, [&](const Tet& tet) {
-      const auto has = [&](Index vertex) { return std::ranges::count(tet, vertex) > 0; };
+    const auto has_triangle = [&](const auto& corners) {
+      const auto has = [&](Index vertex) { return std::ranges::count(corners, vertex) > 0; };
       return has(v[0]) && has(v[1]) && has(opposite);
-    });
-    if (count != 1) {
+    };
+    const auto count = std::ranges::count_if(tets, has_triangle);
+    if (count != 1 && std::ranges::none_of(triangles, has_triangle)) {
       throw InvalidArgument(what + ": triangle (" + std::to_string(v[0]) + ", " +
                             std::to_string(v[1]) + ", " + std::to_string(opposite) +
                             ") belongs to " + std::to_string(count) + " tetrahedra of body '" +
@@ -280,9 +381,9 @@ Index Scene::add_hinge(const Hinge& hinge) {
 
 Index Scene::add_hinges(Index body_index, float rigidity) {
   const Body& where = body(body_index);
-  if (where.tet_count == 0) {
+  if (where.tet_count == 0 && where.triangle_count == 0) {
     throw InvalidArgument("body '" + where.name +
-                          "' has no tetrahedra, and so no surface to hinge");
+                          "' has no tetrahedra and no triangles, and so no surface to hinge");
   }
   struct Side {
     Edge edge;       // smaller vertex first
@@ -290,12 +391,17 @@ Index Scene::add_hinges(Index body_index, float rigidity) {
     Index opposite;
     bool is_turned;  // the triangle has the larger vertex first
   };
-  const std::vector<BoundaryTriangle> surface =
-      find_boundary(std::span<const Tet>(tets_).subspan(where.first_tet, where.tet_count));
+  const auto sheet =
+      std::span<const Triangle>(triangles_).subspan(where.first_triangle, where.triangle_count);
+  std::vector<Triangle> surface(sheet.begin(), sheet.end());
+  for (const BoundaryTriangle& triangle :
+       find_boundary(std::span<const Tet>(tets_).subspan(where.first_tet, where.tet_count))) {
+    surface.push_back(triangle.vertices);
+  }
   std::vector<Side> sides;
   sides.reserve(3 * surface.size());
   for (std::size_t t = 0; t < surface.size(); ++t) {
-    const Triangle& v = surface[t].vertices;
+    const Triangle& v = surface[t];
     for (int i = 0; i < 3; ++i) {
       const Index a = v[i], b = v[(i + 1) % 3];
       sides.push_back(

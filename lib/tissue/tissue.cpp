@@ -14,6 +14,7 @@
 #include "lib/tissue/new_bodies.h"
 #include "lib/tissue/part_tissue.h"
 #include "lib/tissue/removal.h"
+#include "lib/tissue/sheet.h"
 #include "lib/tissue/split_tets.h"
 #include "lib/tissue/tissue_data.h"
 
@@ -53,6 +54,17 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
   data.tet_masses = UndoArray(std::move(tet_masses));
   data.stiffnesses =
       UndoArray(std::vector<float>(scene.stiffnesses().begin(), scene.stiffnesses().end()));
+  data.triangles =
+      UndoArray(std::vector<Triangle>(scene.triangles().begin(), scene.triangles().end()));
+  data.triangle_alive = UndoArray(std::vector<std::uint8_t>(scene.triangles().size(), 1));
+  std::vector<double> triangle_masses;
+  for (const Body& body : scene.bodies()) {
+    for (const Triangle& triangle :
+         scene.triangles().subspan(body.first_triangle, body.triangle_count)) {
+      triangle_masses.push_back(triangle_mass(body, scene.positions(), triangle));
+    }
+  }
+  data.triangle_masses = UndoArray(std::move(triangle_masses));
   data.links = UndoArray(std::vector<Link>(scene.links().begin(), scene.links().end()));
   data.link_alive = UndoArray(std::vector<std::uint8_t>(scene.links().size(), 1));
   data.hinges = UndoArray(std::vector<Hinge>(scene.hinges().begin(), scene.hinges().end()));
@@ -64,9 +76,9 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
 void clear(TissueChange& change) {
   for (std::vector<Index>* const ids :
        {&change.removed_tets, &change.removed_edges, &change.removed_edge_ends,
-        &change.removed_links, &change.removed_hinges, &change.moved_hinges,
-        &change.emptied_vertices, &change.weighed_vertices, &change.corner_edges,
-        &change.moved_edges}) {
+        &change.removed_triangles, &change.removed_links, &change.removed_hinges,
+        &change.moved_hinges, &change.emptied_vertices, &change.weighed_vertices,
+        &change.corner_edges, &change.moved_edges}) {
     ids->clear();
   }
   change.reshaped_tets.clear();
@@ -95,14 +107,14 @@ std::size_t bytes_of(const TissueChange& change) {
     return (... + (lists.capacity() * sizeof(lists[0])));
   };
   const TopologyEdit& edit = change.edit;
-  return sum(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
-             edit.rest_volumes, edit.stiffnesses, edit.link_lengths, edit.fix_vertices,
-             edit.unfix_vertices, edit.new_vertices, edit.corner_moves, edit.link_moves,
-             edit.new_tets, edit.new_links) +
+  return sum(edit.remove_tets, edit.remove_triangles, edit.remove_links, edit.remove_bodies,
+             edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.link_lengths,
+             edit.fix_vertices, edit.unfix_vertices, edit.new_vertices, edit.corner_moves,
+             edit.triangle_moves, edit.link_moves, edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
-             change.removed_links, change.removed_hinges, change.moved_hinges,
-             change.emptied_vertices, change.weighed_vertices, change.reshaped_tets,
-             change.corner_edges, change.moved_edges, change.parted_edges);
+             change.removed_triangles, change.removed_links, change.removed_hinges,
+             change.moved_hinges, change.emptied_vertices, change.weighed_vertices,
+             change.reshaped_tets, change.corner_edges, change.moved_edges, change.parted_edges);
 }
 
 void begin_edit(TissueData& data, const TopologyEdit& edit) {
@@ -114,6 +126,7 @@ void begin_edit(TissueData& data, const TopologyEdit& edit) {
   change.edit = edit;
   change.first_new_vertex = data.vertex_count();
   change.first_new_tet = data.tets.size();
+  change.first_new_triangle = data.triangles.size();
   change.first_new_link = data.links.size();
   change.first_new_hinge = data.hinges.size();
   change.first_new_edge = data.edges.size();
@@ -147,11 +160,15 @@ void carry_out(TissueData& data, const TopologyEdit& edit) {
   for (const Index tet : edit.remove_tets) {
     remove_tet(data, tet);
   }
+  for (const Index triangle : edit.remove_triangles) {
+    remove_triangle(data, triangle);
+  }
   for (const Index body : edit.remove_bodies) {
     remove_body(data, body);
   }
   const PartedHinges parted(data, edit);
   move_corners(data, edit);
+  move_triangles(data, edit);
   replace_parents(data, edit);
   parted.settle(data, edit);
   sum_masses(data);
@@ -281,6 +298,11 @@ Index Tissue::body_of_tet(Index tet) const {
   return data_->body_of_tet(tet);
 }
 
+Index Tissue::body_of_triangle(Index triangle) const {
+  check_id("triangle", triangle, data_->triangles.values().size());
+  return data_->body_of_triangle(triangle);
+}
+
 Index Tissue::first_later_vertex(Index index) const {
   static_cast<void>(body(index));
   return data_->first_later_vertex(index);
@@ -330,6 +352,11 @@ std::span<const Index> Tissue::tets_at(Index vertex) const {
   return data_->vertex_tets[vertex];
 }
 
+std::span<const Index> Tissue::triangles_at(Index vertex) const {
+  check_id("vertex", vertex, static_cast<std::size_t>(data_->vertex_count()));
+  return data_->triangles_at(vertex);
+}
+
 std::span<const Index> Tissue::links_at(Index vertex) const {
   check_id("vertex", vertex, static_cast<std::size_t>(data_->vertex_count()));
   return data_->vertex_links[vertex];
@@ -362,6 +389,15 @@ float Tissue::stiffness(Index tet) const {
   return data_->stiffnesses[tet];
 }
 
+std::span<const Triangle> Tissue::triangles() const noexcept {
+  return data_->triangles.values();
+}
+
+double Tissue::triangle_mass(Index triangle) const {
+  check_id("triangle", triangle, data_->triangles.values().size());
+  return data_->triangle_masses[triangle];
+}
+
 std::span<const Edge> Tissue::edges() const noexcept {
   return data_->edges.values();
 }
@@ -378,6 +414,11 @@ std::span<const Hinge> Tissue::hinges() const noexcept {
 bool Tissue::is_tet_alive(Index tet) const {
   check_id("tet", tet, data_->tets.values().size());
   return data_->tet_alive[tet] != 0;
+}
+
+bool Tissue::is_triangle_alive(Index triangle) const {
+  check_id("triangle", triangle, data_->triangles.values().size());
+  return data_->triangle_alive[triangle] != 0;
 }
 
 bool Tissue::is_edge_alive(Index edge) const {
@@ -417,6 +458,9 @@ void Tissue::reserve(std::size_t vertices, std::size_t tets, std::size_t edges, 
   data.link_alive.reserve(links, links);
   constexpr std::size_t kTetsAtVertex = 64, kLinksAtVertex = 8;  // room for a list that moves
   data.vertex_tets.reserve(vertices, 4 * kTetsAtVertex * tets, 4 * tets);
+  if (data.triangles.size() > 0) {  // which have as many corners after an edit as before
+    data.vertex_triangles.reserve(vertices, kTetsAtVertex * vertices, 4 * tets);
+  }
   data.vertex_links.reserve(vertices, 2 * kLinksAtVertex * links, 2 * links);
   pbdsurg::reserve(data.change, vertices, tets, edges, links);
   if (data.hinges.size() > 0) {  // which go with tetrahedra

@@ -14,6 +14,9 @@ namespace {
 std::array<Index, 2> vertices_of(const Link& link) {
   return {link.first, link.second};
 }
+const Triangle& vertices_of(const Triangle& triangle) {
+  return triangle;
+}
 std::array<Index, 4> vertices_of(const Hinge& hinge) {
   return hinge.vertices;
 }
@@ -50,6 +53,10 @@ void connect(TissueData& data) {
     }
   }
   data.vertex_tets = VertexLists(find_vertex_tets(data.vertex_count(), data.tets.values()));
+  if (data.triangles.size() > 0) {
+    data.vertex_triangles =
+        VertexLists(find_at_vertices(data.vertex_count(), data.triangles.values()));
+  }
   data.vertex_links = VertexLists(find_at_vertices(data.vertex_count(), data.links.values()));
   if (data.hinges.size() > 0) {
     data.vertex_hinges = VertexLists(find_at_vertices(data.vertex_count(), data.hinges.values()));
@@ -79,6 +86,11 @@ Index TissueData::body_of_tet(Index tet) const noexcept {
     return later_tet_bodies[later];
   }
   const auto after = std::ranges::upper_bound(bodies.values(), tet, {}, &Body::first_tet);
+  return static_cast<Index>(after - bodies.values().begin()) - 1;
+}
+
+Index TissueData::body_of_triangle(Index triangle) const noexcept {
+  const auto after = std::ranges::upper_bound(bodies.values(), triangle, {}, &Body::first_triangle);
   return static_cast<Index>(after - bodies.values().begin()) - 1;
 }
 
@@ -139,6 +151,17 @@ Index TissueData::add_tet(const Tet& vertices, Index body, double mass, float st
   return tets.size() - 1;
 }
 
+void TissueData::add_triangle(const Triangle& vertices, double mass) {
+  const Index id = triangles.size();
+  triangles.push_back(vertices);
+  triangle_alive.push_back(1);
+  triangle_masses.push_back(mass);
+  resize_vertex_lists();  // the first of all
+  for (const Index v : vertices) {
+    vertex_triangles.insert(v, id);
+  }
+}
+
 void TissueData::add_link(const Link& link) {
   const Index id = links.size();
   links.push_back(link);
@@ -161,6 +184,9 @@ void TissueData::resize_vertex_lists() {
   const auto count = static_cast<std::size_t>(vertex_count());
   vertex_tets.resize(count);
   vertex_links.resize(count);
+  if (triangles.size() > 0) {
+    vertex_triangles.resize(count);
+  }
   if (hinges.size() > 0) {
     vertex_hinges.resize(count);
   }

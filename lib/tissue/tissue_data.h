@@ -42,6 +42,11 @@ struct TissueData {
   UndoArray<double> tet_masses;       // [tet_count] kg
   UndoArray<float> stiffnesses;       // [tet_count] times that of the body's material
 
+  UndoArray<Triangle> triangles;           // [triangle_count] of sheets
+  UndoArray<std::uint8_t> triangle_alive;  // [triangle_count]
+  UndoArray<double> triangle_masses;       // [triangle_count] kg
+  VertexLists vertex_triangles;  // [vertex_count] of the living; empty where there are none
+
   UndoArray<Edge> edges;                // [edge_count]
   UndoArray<Index> edge_tets;           // [edge_count] live tetrahedra around each
   UndoArray<Link> links;                // [link_count]
@@ -72,6 +77,7 @@ struct TissueData {
     visit(rest_positions), visit(fixed), visit(masses), visit(vertex_tets), visit(vertex_links);
     visit(tets), visit(tet_edges), visit(tet_alive), visit(tet_masses);
     visit(stiffnesses);
+    visit(triangles), visit(triangle_alive), visit(triangle_masses), visit(vertex_triangles);
     visit(edges), visit(edge_tets), visit(links), visit(link_alive);
     visit(hinges), visit(hinge_alive), visit(vertex_hinges);
   }
@@ -79,8 +85,16 @@ struct TissueData {
   [[nodiscard]] std::span<const Index> hinges_at(Index vertex) const noexcept {
     return hinges.size() == 0 ? std::span<const Index>() : vertex_hinges[vertex];
   }
+  [[nodiscard]] std::span<const Index> triangles_at(Index vertex) const noexcept {
+    return triangles.size() == 0 ? std::span<const Index>() : vertex_triangles[vertex];
+  }
+  /// Whether a live tetrahedron or triangle has a vertex: particles have mass alone.
+  [[nodiscard]] bool is_corner(Index vertex) const noexcept {
+    return !vertex_tets[vertex].empty() || !triangles_at(vertex).empty();
+  }
   [[nodiscard]] Index body_of_vertex(Index vertex) const noexcept;
   [[nodiscard]] Index body_of_tet(Index tet) const noexcept;
+  [[nodiscard]] Index body_of_triangle(Index triangle) const noexcept;
   [[nodiscard]] Index first_later_vertex(Index body) const noexcept;
   [[nodiscard]] Index first_later_tet(Index body) const noexcept;
 
@@ -90,6 +104,7 @@ struct TissueData {
   void add_vertex(const NewVertex& vertex);
   Index add_edge(const Edge& ends);
   Index add_tet(const Tet& vertices, Index body, double mass, float stiffness);
+  void add_triangle(const Triangle& vertices, double mass);
   void add_link(const Link& link);
   void add_hinge(const Hinge& hinge);
   void resize_vertex_lists();  // to the vertices that there are
@@ -122,7 +137,7 @@ void for_each_tet_of(const TissueData& data, Index body, Visit visit) {
   }
 }
 
-/// Finds edges and adjacency of tetrahedra, links and hinges that live, all of them.
+/// Finds edges and adjacency of tetrahedra, triangles, links and hinges that live, all of them.
 void connect(TissueData& data);
 
 /// Another at each call.

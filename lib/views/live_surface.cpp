@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "pbdsurg/mesh/topology.h"
@@ -10,6 +11,7 @@
 
 #include "lib/base/check.h"
 #include "lib/tissue/renumber.h"
+#include "lib/tissue/sheet.h"
 #include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
@@ -23,15 +25,19 @@ constexpr Index kOnSurface = -3;
 }  // namespace
 
 LiveSurface::LiveSurface(const Tissue& tissue, Index body) : body_(body) {
-  static_cast<void>(tissue.body(body));  // throws if there is none
+  const bool is_of_sheet = is_sheet(tissue.body(body));  // throws if there is none
+  face_count_ = is_of_sheet ? 2 : 4;
   number(tissue);
-  const Index own_tets = tets_.local(static_cast<Index>(tissue.tets().size()));
+  const Index own_elements =
+      is_of_sheet ? elements_.count : elements_.local(static_cast<Index>(tissue.tets().size()));
   const Index own_vertices = vertices_.local(tissue.vertex_count());
-  faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own_tets), kGone));
+  faces_ =
+      UndoArray(std::vector<Index>(static_cast<std::size_t>(face_count_ * own_elements), kGone));
   vertex_triangles_ = UndoArray(std::vector<Index>(static_cast<std::size_t>(own_vertices), 0));
   for (Index face = 0; face < faces_.size(); ++face) {
-    const Index tet = tets_.scene(face / 4);
-    if (tissue.is_tet_alive(tet) && tissue.body_of_tet(tet) == body) {
+    const Index element = elements_.scene(face / face_count_);
+    if (is_of_sheet ? tissue.is_triangle_alive(element)
+                    : tissue.is_tet_alive(element) && tissue.body_of_tet(element) == body) {
       open(face);
     }
   }
@@ -47,13 +53,16 @@ LiveSurface::LiveSurface(const Tissue& tissue, Index body) : body_(body) {
 
 // Where the tissue has what is of the body.
 void LiveSurface::number(const Tissue& tissue) {
+  constexpr Index kNone = std::numeric_limits<Index>::max();  // edits bring no triangles
   if (body_ == kInvalidIndex) {  // only what edits bring to other bodies
-    tets_ = {0, 0, static_cast<Index>(tissue.tets().size())};
+    elements_ = {0, 0, is_two_sided() ? kNone : static_cast<Index>(tissue.tets().size())};
     vertices_ = {0, 0, tissue.vertex_count()};
     return;
   }
   const Body& own = tissue.body(body_);
-  tets_ = {own.first_tet, own.tet_count, tissue.first_later_tet(body_)};
+  elements_ = is_two_sided()
+                  ? Numbering{own.first_triangle, own.triangle_count, kNone}
+                  : Numbering{own.first_tet, own.tet_count, tissue.first_later_tet(body_)};
   vertices_ = {own.first_vertex, own.vertex_count, tissue.first_later_vertex(body_)};
 }
 
@@ -63,18 +72,19 @@ bool LiveSurface::is_on_surface(Index vertex) const {
 }
 
 void LiveSurface::renumber(const Tissue& tissue, const Renumbering& ids) noexcept {
-  const Numbering old_tets = tets_;
+  const Numbering old_elements = elements_;
+  const std::vector<Index>& element_ids = is_two_sided() ? ids.triangles : ids.tets;
   body_ = new_id(body_, ids.bodies);
   number(tissue);
-  const auto own_tet = [&](Index tet) {  // old to new, local
-    return tets_.local(ids.tets[old_tets.scene(tet)]);
+  const auto moved_face = [&](Index face) {  // old to new
+    const Index element = element_ids[old_elements.scene(face / face_count_)];
+    return face_count_ * elements_.local(element) + face % face_count_;
   };
-  std::vector<Index> faces(4 * static_cast<std::size_t>(tets_.count), kGone);
+  std::vector<Index> faces(static_cast<std::size_t>(face_count_ * elements_.count), kGone);
   for (Index face = 0; face < faces_.size(); ++face) {
     const Index state = faces_[face];
     if (state != kGone) {
-      faces[4 * own_tet(face / 4) + face % 4] =
-          state < 0 ? state : 4 * own_tet(state / 4) + state % 4;
+      faces[moved_face(face)] = state < 0 ? state : moved_face(state);
     }
   }
   faces_ = UndoArray(std::move(faces));
@@ -87,8 +97,8 @@ void LiveSurface::renumber(const Tissue& tissue, const Renumbering& ids) noexcep
     if (tet == kInvalidIndex) {
       continue;
     }
-    origins[slot] = {ids.tets[tet], face};
-    triangles[slot] = vertices_of(tissue, 4 * tets_.local(ids.tets[tet]) + face);
+    origins[slot] = {element_ids[tet], face};
+    triangles[slot] = vertices_of(tissue, face_count_ * elements_.local(element_ids[tet]) + face);
     for (const Index v : triangles[slot]) {
       ++vertex_triangles[vertices_.local(v)];
     }
@@ -102,7 +112,6 @@ void LiveSurface::renumber(const Tissue& tissue, const Renumbering& ids) noexcep
 }
 
 void LiveSurface::follow(const Tissue& tissue, const TissueChange& change) noexcept {
-  const TopologyEdit& edit = change.edit;
   for (UndoArray<Index>* array : {&faces_, &free_slots_, &vertex_triangles_}) {
     array->begin_edit();
   }
@@ -113,6 +122,32 @@ void LiveSurface::follow(const Tissue& tissue, const TissueChange& change) noexc
   while (vertices_.scene(vertex_triangles_.size()) < tissue.vertex_count()) {
     vertex_triangles_.push_back(0);
   }
+  if (is_two_sided()) {
+    follow_triangles(change);
+  } else {
+    follow_tets(tissue, change);
+  }
+  show_open_faces(tissue);
+}
+
+void LiveSurface::follow_triangles(const TissueChange& change) {
+  for (const Index triangle : change.removed_triangles) {
+    if (is_own(triangle)) {
+      remove(triangle);
+    }
+  }
+  for (const TriangleMove& move : change.edit.triangle_moves) {
+    if (is_own(move.triangle)) {
+      for (Index face = 2 * elements_.local(move.triangle), end = face + 2; face < end; ++face) {
+        detach(face);
+        open(face);
+      }
+    }
+  }
+}
+
+void LiveSurface::follow_tets(const Tissue& tissue, const TissueChange& change) {
+  const TopologyEdit& edit = change.edit;
   for (const NewTet& tet : edit.new_tets) {
     const bool own = is_own(tet.parent);
     for (int i = 0; i < 4; ++i) {
@@ -122,17 +157,14 @@ void LiveSurface::follow(const Tissue& tissue, const TissueChange& change) noexc
       }
     }
   }
-  while (tets_.scene(faces_.size() / 4) < static_cast<Index>(tissue.tets().size())) {
+  while (elements_.scene(faces_.size() / 4) < static_cast<Index>(tissue.tets().size())) {
     for (int i = 0; i < 4; ++i) {
       faces_.push_back(kGone);  // of a body that comes in
     }
   }
   for (const Index tet : change.removed_tets) {
     if (is_own(tet)) {
-      for (Index face = 4 * tets_.local(tet), end = face + 4; face < end; ++face) {
-        detach(face);
-        faces_.set(face, kGone);
-      }
+      remove(tet);
     }
   }
   for (const CornerMove& move : edit.corner_moves) {
@@ -141,8 +173,8 @@ void LiveSurface::follow(const Tissue& tissue, const TissueChange& change) noexc
       const Tet& tet = tissue.tets()[move.tet];
       for (Index i = 0; i < 4; ++i) {
         if (tet[i] != move.to) {
-          detach(4 * tets_.local(move.tet) + i);
-          open(4 * tets_.local(move.tet) + i);
+          detach(4 * elements_.local(move.tet) + i);
+          open(4 * elements_.local(move.tet) + i);
         }
       }
     }
@@ -152,7 +184,6 @@ void LiveSurface::follow(const Tissue& tissue, const TissueChange& change) noexc
   if (!edit.corner_moves.empty() || !edit.new_tets.empty()) {
     join_open_faces(tissue);
   }
-  show_open_faces(tissue);
 }
 
 void LiveSurface::undo(const Tissue&, const TissueChange&) noexcept {
@@ -164,12 +195,25 @@ void LiveSurface::undo(const Tissue&, const TissueChange&) noexcept {
   origins_.undo();
 }
 
-bool LiveSurface::is_own(Index tet) const noexcept {
-  return tets_.has(tet) && faces_[4 * tets_.local(tet)] != kGone;
+bool LiveSurface::is_own(Index element) const noexcept {
+  return elements_.has(element) && faces_[face_count_ * elements_.local(element)] != kGone;
+}
+
+void LiveSurface::remove(Index element) {
+  const Index first = face_count_ * elements_.local(element);
+  for (Index face = first; face < first + face_count_; ++face) {
+    detach(face);
+    faces_.set(face, kGone);
+  }
 }
 
 Triangle LiveSurface::vertices_of(const Tissue& tissue, Index face) const noexcept {
-  const Tet& tet = tissue.tets()[tets_.scene(face / 4)];
+  const Index element = elements_.scene(face / face_count_);
+  if (is_two_sided()) {
+    const auto& [a, b, c] = tissue.triangles()[element];
+    return face % 2 == 0 ? Triangle{a, b, c} : Triangle{a, c, b};
+  }
+  const Tet& tet = tissue.tets()[element];
   const auto& [i, j, k] = kTetTriangles[face % 4];
   return {tet[i], tet[j], tet[k]};
 }
@@ -191,8 +235,11 @@ void LiveSurface::open(Index face) {
   }
 }
 
-// Makes partners of open faces with the same vertices.
+// Makes partners of open faces with the same vertices; those of sheets have none.
 void LiveSurface::join_open_faces(const Tissue& tissue) {
+  if (is_two_sided()) {
+    return;
+  }
   sorted_open_.clear();
   for (const Index face : open_) {
     if (faces_[face] == kOpen) {
@@ -221,7 +268,7 @@ void LiveSurface::show_open_faces(const Tissue& tissue) {
       continue;
     }
     const Triangle triangle = vertices_of(tissue, face);
-    const TetFace origin{tets_.scene(face / 4), face % 4};
+    const TetFace origin{elements_.scene(face / face_count_), face % face_count_};
     Index slot = slot_count();
     if (free_slots_.size() > 0) {
       slot = free_slots_[free_slots_.size() - 1];

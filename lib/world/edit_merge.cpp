@@ -43,6 +43,9 @@ void for_each_vertex(Edit& edit, Visit visit) {
   for (auto& move : edit.corner_moves) {
     visit(move.from), visit(move.to);
   }
+  for (auto& move : edit.triangle_moves) {
+    visit(move.from), visit(move.to);
+  }
   for (auto& move : edit.link_moves) {
     visit(move.from), visit(move.to);
   }
@@ -86,11 +89,12 @@ bool has_body(const Scene& scene, const std::string& name) {
 }  // namespace
 
 bool is_empty(const TopologyEdit& edit) noexcept {
-  return edit.remove_tets.empty() && edit.remove_links.empty() && edit.remove_bodies.empty() &&
-         edit.rest_lengths.empty() && edit.rest_volumes.empty() && edit.stiffnesses.empty() &&
-         edit.link_lengths.empty() && edit.fix_vertices.empty() && edit.unfix_vertices.empty() &&
-         edit.new_vertices.empty() && edit.corner_moves.empty() && edit.link_moves.empty() &&
-         edit.new_tets.empty() && edit.new_links.empty() && edit.new_bodies.bodies().empty();
+  return edit.remove_tets.empty() && edit.remove_triangles.empty() && edit.remove_links.empty() &&
+         edit.remove_bodies.empty() && edit.rest_lengths.empty() && edit.rest_volumes.empty() &&
+         edit.stiffnesses.empty() && edit.link_lengths.empty() && edit.fix_vertices.empty() &&
+         edit.unfix_vertices.empty() && edit.new_vertices.empty() && edit.corner_moves.empty() &&
+         edit.triangle_moves.empty() && edit.link_moves.empty() && edit.new_tets.empty() &&
+         edit.new_links.empty() && edit.new_bodies.bodies().empty();
 }
 
 bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
@@ -108,6 +112,7 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
   shift_vertices(edit, edit_end, count_new_vertices(request));
 
   append_new(edit.remove_tets, request.remove_tets);
+  append_new(edit.remove_triangles, request.remove_triangles);
   append_new(edit.remove_links, request.remove_links);
   append_new(edit.remove_bodies, request.remove_bodies);
   append(edit.rest_lengths, request.rest_lengths);
@@ -118,6 +123,7 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
   append_new(edit.unfix_vertices, request.unfix_vertices);
   append(edit.new_vertices, request.new_vertices);
   append(edit.corner_moves, request.corner_moves);
+  append(edit.triangle_moves, request.triangle_moves);
   append(edit.link_moves, request.link_moves);
   append(edit.new_tets, request.new_tets);
   append(edit.new_links, request.new_links);
@@ -126,23 +132,31 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
 }
 
 IdCounts count_ids(const Tissue& tissue) {
-  return {tissue.vertex_count(), static_cast<Index>(tissue.tets().size()),
-          static_cast<Index>(tissue.edges().size()), static_cast<Index>(tissue.links().size()),
+  return {tissue.vertex_count(),
+          static_cast<Index>(tissue.tets().size()),
+          static_cast<Index>(tissue.triangles().size()),
+          static_cast<Index>(tissue.edges().size()),
+          static_cast<Index>(tissue.links().size()),
           static_cast<Index>(tissue.bodies().size())};
 }
 
 void EarlierEdits::note(const TissueChange& change) {
   add_sorted(tets_, change.removed_tets);
+  add_sorted(triangles_, change.removed_triangles);
   add_sorted(links_, change.removed_links);
   add_sorted(bodies_, change.edit.remove_bodies);
 }
 
 void EarlierEdits::adapt(TopologyEdit& edit, const Tissue& tissue) const {
   drop(edit.remove_tets, tets_);
+  drop(edit.remove_triangles, triangles_);
   drop(edit.remove_links, links_);
   drop(edit.remove_bodies, bodies_);
   const IdCounts now = count_ids(tissue);
   const auto shift_tet = [&](Index& id) { shift(id, before_.tets, now.tets - before_.tets); };
+  const auto shift_triangle = [&](Index& id) {
+    shift(id, before_.triangles, now.triangles - before_.triangles);
+  };
   const auto shift_link = [&](Index& id) { shift(id, before_.links, now.links - before_.links); };
   shift_vertices(edit, before_.vertices, now.vertices - before_.vertices);
   std::ranges::for_each(edit.remove_tets, shift_tet);
@@ -150,6 +164,8 @@ void EarlierEdits::adapt(TopologyEdit& edit, const Tissue& tissue) const {
   std::ranges::for_each(edit.stiffnesses, shift_tet, &StiffnessChange::tet);
   std::ranges::for_each(edit.corner_moves, shift_tet, &CornerMove::tet);
   std::ranges::for_each(edit.new_tets, shift_tet, &NewTet::parent);
+  std::ranges::for_each(edit.remove_triangles, shift_triangle);
+  std::ranges::for_each(edit.triangle_moves, shift_triangle, &TriangleMove::triangle);
   std::ranges::for_each(edit.remove_links, shift_link);
   std::ranges::for_each(edit.link_moves, shift_link, &LinkMove::link);
   std::ranges::for_each(edit.link_lengths, shift_link, &LinkLengthChange::link);

@@ -23,7 +23,7 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count);
 
 /// How many of each there ever were.
 struct IdCounts {
-  Index vertices = 0, tets = 0, edges = 0, links = 0, bodies = 0;
+  Index vertices = 0, tets = 0, triangles = 0, edges = 0, links = 0, bodies = 0;
 };
 [[nodiscard]] IdCounts count_ids(const Tissue& tissue);
 
@@ -40,7 +40,7 @@ class EarlierEdits {
 
  private:
   IdCounts before_;
-  std::vector<Index> tets_, links_, bodies_;  // that have gone, ascending
+  std::vector<Index> tets_, triangles_, links_, bodies_;  // that have gone, ascending
 };
 
 }  // namespace pbdsurg

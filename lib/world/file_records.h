@@ -28,6 +28,8 @@ struct BodyRecord {
   Material material;
   std::vector<Eigen::Vector3d> positions;  ///< [vertex_count] m
   std::vector<Tet> tets;                   ///< of particles none
+  std::vector<Triangle> triangles;         ///< of a sheet
+  float thickness = 0;                     ///< m, of a sheet; 0: none
   std::vector<float> stiffnesses;          ///< [tet_count], or none where all are 1
   double particle_mass = 0;                ///< kg; 0: not of particles
   std::vector<Index> fixed;                ///< vertices
@@ -169,8 +171,9 @@ void visit_members(Record& hinge, Visit& visit) {
 }
 template <RecordOf<BodyRecord> Record, class Visit>
 void visit_members(Record& body, Visit& visit) {
-  auto& [name, material, positions, tets, stiffnesses, particle_mass, fixed] = body;
-  visit(name, material, positions, tets, stiffnesses, particle_mass);
+  auto& [name, material, positions, tets, triangles, thickness, stiffnesses, particle_mass, fixed] =
+      body;
+  visit(name, material, positions, tets, triangles, thickness, stiffnesses, particle_mass);
   visit(fixed);
 }
 template <RecordOf<SceneRecord> Record, class Visit>
@@ -218,6 +221,11 @@ void visit_members(Record& move, Visit& visit) {
   auto& [tet, from, to] = move;
   visit(tet, from, to);
 }
+template <RecordOf<TriangleMove> Record, class Visit>
+void visit_members(Record& move, Visit& visit) {
+  auto& [triangle, from, to] = move;
+  visit(triangle, from, to);
+}
 template <RecordOf<LinkMove> Record, class Visit>
 void visit_members(Record& move, Visit& visit) {
   auto& [link, from, to] = move;
@@ -230,13 +238,14 @@ void visit_members(Record& tet, Visit& visit) {
 }
 template <RecordOf<TopologyEdit> Record, class Visit>
 void visit_members(Record& edit, Visit& visit) {
-  auto& [remove_tets, remove_links, remove_bodies, rest_lengths, rest_volumes, stiffnesses,
-         link_lengths, fix_vertices, unfix_vertices, new_vertices, corner_moves, link_moves,
-         new_tets, new_links, new_bodies] = edit;
-  visit(remove_tets, remove_links, remove_bodies, rest_lengths, rest_volumes, stiffnesses);
+  auto& [remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
+         stiffnesses, link_lengths, fix_vertices, unfix_vertices, new_vertices, corner_moves,
+         triangle_moves, link_moves, new_tets, new_links, new_bodies] = edit;
+  visit(remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
+        stiffnesses);
   visit(link_lengths);
-  visit(fix_vertices, unfix_vertices, new_vertices, corner_moves, link_moves, new_tets, new_links);
-  visit(new_bodies);
+  visit(fix_vertices, unfix_vertices, new_vertices, corner_moves, triangle_moves, link_moves);
+  visit(new_tets, new_links, new_bodies);
 }
 
 // strands

@@ -92,8 +92,10 @@ std::span<const Eigen::Vector3f> Surface::normals() const {
     return normals_;
   }
   normals_.assign(vertices_.size(), Eigen::Vector3f::Zero());
-  for (const auto& [a, b, c] : triangles_) {
-    if (a == b) {
+  for (std::size_t slot = 0; slot < triangles_.size(); ++slot) {
+    const auto [a, b, c] = triangles_[slot];
+    const bool is_back = live_->is_two_sided() && live_->origins()[slot].face == 1;
+    if (a == b || is_back) {
       continue;  // empty; and of a body that a compaction left out, not even the vertices are there
     }
     const Eigen::Vector3f area =

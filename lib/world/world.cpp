@@ -9,6 +9,7 @@
 #include "pbdsurg/surgery/membrane.h"
 
 #include "lib/solver/solver_checks.h"
+#include "lib/tissue/sheet.h"
 #include "lib/world/world_state_data.h"
 
 namespace pbdsurg {
@@ -21,6 +22,22 @@ namespace {
 constexpr char kWhereStiff[] = "where a body is stiff";
 
 }  // namespace
+
+template <class AddTo>
+BodyId World::Data::add(const std::string& name, const TissueRecord& tissue_of, const TetMesh& mesh,
+                        const AddTo& add_to) {
+  check_thermal_properties(tissue_of.heat);
+  if (solver == nullptr) {
+    const Index body = add_to(scene);
+    meshes.push_back(mesh);
+    return bodies.add(name, tissue_of, body);
+  }
+  if (std::ranges::count(tissue->bodies(), name, &Body::name) > 0) {
+    throw InvalidArgument("there is, or was, a body named '" + name + "'; names must differ");
+  }
+  add_to(new_bodies);
+  return bodies.add(name, tissue_of, BodyTable::kWaiting);
+}
 
 void World::Data::make_solver() {
   if (solver != nullptr) {
@@ -119,18 +136,17 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 BodyId World::add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue) {
-  Data& data = *data_;
-  check_thermal_properties(tissue.heat);
-  if (data.solver == nullptr) {
-    const Index body = data.scene.add_body(name, mesh, tissue.mechanics);
-    data.meshes.push_back(mesh);
-    return data.bodies.add(name, tissue, body);
-  }
-  if (std::ranges::count(data.tissue->bodies(), name, &Body::name) > 0) {
-    throw InvalidArgument("there is, or was, a body named '" + name + "'; names must differ");
-  }
-  data.new_bodies.add_body(name, mesh, tissue.mechanics);
-  return data.bodies.add(name, tissue, BodyTable::kWaiting);
+  return data_->add(name, tissue, mesh,
+                    [&](Scene& scene) { return scene.add_body(name, mesh, tissue.mechanics); });
+}
+
+BodyId World::add_sheet(const std::string& name, std::span<const Eigen::Vector3d> positions,
+                        std::span<const Triangle> triangles, float thickness,
+                        const TissueRecord& tissue) {
+  const SheetMaterial material = sheet_material(tissue.mechanics, thickness);
+  return data_->add(name, tissue, {}, [&](Scene& scene) {
+    return scene.add_sheet(name, positions, triangles, material);
+  });
 }
 
 std::span<const Eigen::Vector3d> World::rest_positions_of(BodyId body) const {
@@ -172,6 +188,13 @@ Index World::join(BodyId first, BodyId second, const JoinOptions& options) {
   Data& data = *data_;
   data.check_is_scene("what joins bodies");
   const Index from = data.bodies.in_tissue(first), to = data.bodies.in_tissue(second);
+  for (const Index body : {from, to}) {
+    if (is_sheet(data.scene.body(body))) {
+      throw InvalidArgument("body '" + data.scene.body(body).name +
+                            "' is a sheet; strands are scattered over surfaces of solid bodies, "
+                            "and links join a sheet");
+    }
+  }
   const std::vector<MembraneLink> links = scattered_links(data.meshes[from], data.meshes[to],
                                                           {.max_distance = options.max_distance,
                                                            .density = options.density,

@@ -88,6 +88,13 @@ struct World::Data {
   Scene new_bodies;
   std::vector<BladeSweep> blades;
 
+  /// Adds a body to the scene, or to what comes with the next step.
+  /// @param mesh    what join() finds its surface in
+  /// @param add_to  Index(Scene&)
+  template <class AddTo>
+  BodyId add(const std::string& name, const TissueRecord& tissue, const TetMesh& mesh,
+             const AddTo& add_to);
+
   void make_solver();
   void follow_tissue();
   void add_burner(const BurnerSetup& setup);

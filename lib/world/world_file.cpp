@@ -21,6 +21,7 @@
 
 #include "lib/base/check.h"
 #include "lib/base/checksum.h"
+#include "lib/tissue/sheet.h"
 #include "lib/world/file_records.h"
 #include "lib/world/world_bytes.h"
 
@@ -28,11 +29,22 @@ namespace pbdsurg {
 
 Scene scene_of(const SceneRecord& record) {
   Scene scene;
+  const auto add = [&](const BodyRecord& body) {
+    if (body.particle_mass > 0) {
+      return scene.add_particles(body.name, body.positions, body.particle_mass);
+    }
+    if (body.thickness != 0) {  // whose hinges are among all others
+      return scene.append_sheet(body.name, body.positions, body.triangles,
+                                {.thickness = body.thickness,
+                                 .density = body.material.density,
+                                 .youngs_modulus = body.material.youngs_modulus,
+                                 .poissons_ratio = body.material.poissons_ratio,
+                                 .damping = body.material.damping});
+    }
+    return scene.add_body(body.name, TetMesh(body.positions, body.tets), body.material);
+  };
   for (const BodyRecord& body : record.bodies) {
-    const Index id =
-        body.particle_mass > 0
-            ? scene.add_particles(body.name, body.positions, body.particle_mass)
-            : scene.add_body(body.name, TetMesh(body.positions, body.tets), body.material);
+    const Index id = add(body);
     scene.fix_vertices(id, body.fixed);
     if (!body.stiffnesses.empty()) {
       scene.set_stiffnesses(id, body.stiffnesses);
@@ -59,12 +71,17 @@ SceneRecord record_of(const Scene& scene) {
       std::ranges::for_each(tet, [&](Index& v) { v -= body.first_vertex; });
       own.tets.push_back(tet);
     }
+    own.thickness = body.thickness;
+    for (Triangle triangle : scene.triangles().subspan(body.first_triangle, body.triangle_count)) {
+      std::ranges::for_each(triangle, [&](Index& v) { v -= body.first_vertex; });
+      own.triangles.push_back(triangle);
+    }
     const auto stiffnesses =
         scene.stiffnesses().subspan(static_cast<std::size_t>(body.first_tet), own.tets.size());
     if (std::ranges::any_of(stiffnesses, [](float factor) { return factor != 1; })) {
       own.stiffnesses.assign(stiffnesses.begin(), stiffnesses.end());
     }
-    if (body.tet_count == 0 && body.vertex_count > 0) {
+    if (body.tet_count == 0 && !is_sheet(body) && body.vertex_count > 0) {
       own.particle_mass = scene.masses()[first];
     }
     for (Index v = 0; v < body.vertex_count; ++v) {

@@ -46,16 +46,16 @@ std::size_t bytes_in(const auto&... lists) noexcept {
 }
 
 std::size_t bytes_of(const Scene& scene) noexcept {
-  return bytes_in(scene.bodies(), scene.positions(), scene.masses(), scene.tets(), scene.links(),
-                  scene.hinges());
+  return bytes_in(scene.bodies(), scene.positions(), scene.masses(), scene.tets(),
+                  scene.triangles(), scene.links(), scene.hinges());
 }
 
 std::size_t bytes_of(const TopologyEdit& edit) noexcept {
   return sizeof(edit) + bytes_of(edit.new_bodies) +
-         bytes_in(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
-                  edit.rest_volumes, edit.stiffnesses, edit.link_lengths, edit.fix_vertices,
-                  edit.unfix_vertices, edit.new_vertices, edit.corner_moves, edit.link_moves,
-                  edit.new_tets, edit.new_links);
+         bytes_in(edit.remove_tets, edit.remove_triangles, edit.remove_links, edit.remove_bodies,
+                  edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.link_lengths,
+                  edit.fix_vertices, edit.unfix_vertices, edit.new_vertices, edit.corner_moves,
+                  edit.triangle_moves, edit.link_moves, edit.new_tets, edit.new_links);
 }
 
 std::size_t bytes_of(const EditJournal::Edits& edits) noexcept {

@@ -41,6 +41,8 @@ int number_of(PhaseKind kind) {
       return 9;
     case PhaseKind::custom:
       return 10;
+    case PhaseKind::membrane:
+      return 11;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

@@ -50,7 +50,14 @@ EditMaker::EditMaker(const Solver& solver, Choices& choices, TopologyEdit edit)
     : solver_(solver),
       choices_(choices),
       edit_(std::move(edit)),
-      uses_(solver.tissue().tets().size()) {
+      uses_(solver.tissue().tets().size()),
+      triangle_uses_(solver.tissue().triangles().size()) {
+  for (const Index t : edit_.remove_triangles) {
+    triangle_uses_[t] = Use::gone;
+  }
+  for (const TriangleMove& move : edit_.triangle_moves) {
+    triangle_uses_[move.triangle] = Use::moved;
+  }
   for (const Index t : edit_.remove_tets) {
     uses_[t] = Use::gone;
   }
@@ -94,9 +101,61 @@ void EditMaker::add() {
     case 15:
       split_edge();
       break;
+    case 16:
+      if (!remove_triangles()) {
+        remove_tets();
+      }
+      break;
+    case 17:
+      if (!part_sheet()) {
+        remove_tets();
+      }
+      break;
     default:
       remove_tets();
   }
+}
+
+std::vector<Index> EditMaker::free_triangles() const {
+  return find_all(triangle_uses_.size(), [&](Index t) {
+    return solver_.tissue().is_triangle_alive(t) && triangle_uses_[t] == Use::none;
+  });
+}
+
+// @return  whether there are any
+bool EditMaker::remove_triangles() {
+  const std::vector<Index> triangles = free_triangles();
+  if (triangles.empty()) {
+    return false;
+  }
+  for (const Index t : pick_some(triangles, 4, choices_)) {
+    edit_.remove_triangles.push_back(t);
+    triangle_uses_[t] = Use::gone;
+  }
+  return true;
+}
+
+// What is around a vertex of a sheet stays, or goes with a copy of it.
+// @return  whether there is any
+bool EditMaker::part_sheet() {
+  const std::vector<Index> triangles = free_triangles();
+  if (triangles.empty()) {
+    return false;
+  }
+  const Index vertex = solver_.tissue().triangles()[choices_.one_of(triangles)][choices_.below(3)];
+  Index copy = kInvalidIndex;
+  for (const Index t : triangles) {
+    const Triangle& corners = solver_.tissue().triangles()[t];
+    if (std::ranges::find(corners, vertex) == corners.end() || choices_.below(2) == 0) {
+      continue;
+    }
+    if (copy == kInvalidIndex) {
+      copy = add_vertex(vertex, vertex, 0);
+    }
+    edit_.triangle_moves.push_back({t, vertex, copy});
+    triangle_uses_[t] = Use::moved;
+  }
+  return true;
 }
 
 std::vector<Index> EditMaker::free_tets() const {
@@ -250,6 +309,12 @@ void EditMaker::remove_bodies() {
         return false;
       }
     }
+    for (std::size_t t = 0; t < triangle_uses_.size(); ++t) {
+      if (triangle_uses_[t] != Use::none &&
+          solver_.tissue().body_of_triangle(static_cast<Index>(t)) == b) {
+        return false;
+      }
+    }
     return true;
   };
   for (const Index b :
@@ -258,6 +323,11 @@ void EditMaker::remove_bodies() {
     for (std::size_t t = 0; t < uses_.size(); ++t) {
       if (solver_.tissue().body_of_tet(static_cast<Index>(t)) == b) {
         uses_[t] = Use::gone;
+      }
+    }
+    for (std::size_t t = 0; t < triangle_uses_.size(); ++t) {
+      if (solver_.tissue().body_of_triangle(static_cast<Index>(t)) == b) {
+        triangle_uses_[t] = Use::gone;
       }
     }
   }
@@ -272,6 +342,11 @@ std::vector<Index> EditMaker::lasting_vertices() const {
   for (std::size_t t = 0; t < uses_.size(); ++t) {
     for (const Index v : solver_.tissue().tets()[t]) {
       may_stop[v] = may_stop[v] || uses_[t] != Use::none;
+    }
+  }
+  for (std::size_t t = 0; t < triangle_uses_.size(); ++t) {
+    for (const Index v : solver_.tissue().triangles()[t]) {
+      may_stop[v] = may_stop[v] || triangle_uses_[t] != Use::none;
     }
   }
   std::erase_if(vertices, [&](Index v) {

@@ -49,13 +49,17 @@ class EditMaker {
   void change_rest_volumes();
   void part_vertex();
   void split_edge();
+  [[nodiscard]] std::vector<Index> free_triangles() const;
+  bool remove_triangles();
+  bool part_sheet();
   void add_bodies();
   void remove_bodies();
 
   const Solver& solver_;
   Choices& choices_;
   TopologyEdit edit_;
-  std::vector<Use> uses_;  // [tet_count]
+  std::vector<Use> uses_;           // [tet_count]
+  std::vector<Use> triangle_uses_;  // [triangle_count]
 };
 
 }  // namespace pbdsurg::testing

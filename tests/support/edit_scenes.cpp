@@ -10,6 +10,7 @@
 #include "pbdsurg/base/random.h"
 
 #include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
@@ -120,6 +121,23 @@ EditScene make_hinged_bodies() {
   return {"hinged bodies", std::move(scene)};
 }
 
+EditScene make_sheets() {
+  const TetMesh block = make_box({2, 1, 1}, kEdge, 0.1, 8);
+  const SheetMesh sheet = make_sheet({4, 3}, kEdge, 0.2), disc = make_disc(2, 2 * kEdge);
+  Scene scene;
+  scene.add_body("block", block, {.model = ElasticModel::neo_hookean});
+  const Index wide = scene.add_sheet("sheet", sheet.positions, sheet.triangles,
+                                     {.youngs_modulus = 50e3F, .damping = 1e-3F});
+  const Index round = scene.add_sheet("disc", disc.positions, disc.triangles, {.thickness = 5e-4F});
+  for (Index i = 0; i < 3; ++i) {
+    scene.add_link({i, scene.body(wide).first_vertex + i, 1e-3F, kLink});
+    scene.add_link({scene.body(wide).first_vertex + 4 + i, scene.body(round).first_vertex + 2 * i,
+                    1e-3F, kLink});
+  }
+  scene.fix_vertices(wide, std::array<Index, 2>{0, 5});
+  return {"sheets", std::move(scene)};
+}
+
 EditScene make_joined_bodies() {
   const TetMesh lower = make_box({2, 2, 1}, kEdge, 0.1, 5);
   std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
@@ -149,9 +167,14 @@ const std::vector<EditScene>& edit_scenes() {
     all.push_back(make_solids());
     all.push_back(make_joined_bodies());
     all.push_back(make_hinged_bodies());
+    all.push_back(make_sheets());
     return all;
   }();
   return scenes;
+}
+
+std::span<const EditScene> edit_scenes_of_devices() {
+  return std::span(edit_scenes()).first(edit_scenes().size() - 1);  // the last has sheets
 }
 
 std::vector<SolverOptions> edit_options(const EditScene& scene) {

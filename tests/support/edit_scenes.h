@@ -4,6 +4,7 @@
 /// @file
 /// Small scenes to be edited.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,11 @@ struct EditScene {
 
 /// Few tetrahedra each, so that thousands of trials take seconds: a lattice, a mesh of vertices
 /// with many or few neighbours, an organ, bodies with and without volumes joined by links, solids
-/// and a thread of particles, bodies joined by strands. Built once.
+/// and a thread of particles, bodies joined by strands, hinged bodies, sheets. Built once.
 [[nodiscard]] const std::vector<EditScene>& edit_scenes();
+
+/// Those that devices step: without sheets.
+[[nodiscard]] std::span<const EditScene> edit_scenes_of_devices();
 
 /// Ways of solving that a scene allows, one for each way in which constraints are kept.
 [[nodiscard]] std::vector<SolverOptions> edit_options(const EditScene& scene);

@@ -33,6 +33,8 @@ class Spoiler {
         edit_(edit),
         live_tets_(find_all(data_.tissue->tets().size(),
                             [&](Index t) { return data_.tissue->is_tet_alive(t); })),
+        live_triangles_(find_all(data_.tissue->triangles().size(),
+                                 [&](Index t) { return data_.tissue->is_triangle_alive(t); })),
         live_links_(find_all(data_.tissue->links().size(),
                              [&](Index l) { return data_.tissue->is_link_alive(l); })),
         tissue_(find_all(data_.particles.size(),
@@ -68,7 +70,10 @@ class Spoiler {
 
  private:
   bool spoil_removal() {
-    if (choices_.below(2) == 0) {
+    if (!live_triangles_.empty() && choices_.below(2) == 0) {
+      spoil_ids(choices_, edit_.remove_triangles, data_.tissue->triangles().size(), live_triangles_,
+                [](Index t) { return t; });
+    } else if (choices_.below(2) == 0) {
       spoil_ids(choices_, edit_.remove_tets, data_.tissue->tets().size(), live_tets_,
                 [](Index t) { return t; });
     } else {
@@ -196,7 +201,41 @@ class Spoiler {
     }
   }
 
+  bool spoil_triangle_move() {
+    if (choices_.below(4) == 0) {
+      spoil_ids(choices_, edit_.triangle_moves, data_.tissue->triangles().size(), live_triangles_,
+                [](Index t) {
+                  return TriangleMove{t, 0, 0};
+                });
+      return true;
+    }
+    const Index triangle = choices_.one_of(live_triangles_);
+    const Triangle& corners = solver_.tissue().triangles()[triangle];
+    const Index from = corners[choices_.below(3)];
+    const TriangleMove good{triangle, from, add_copy(from)};
+    edit_.triangle_moves.push_back(good);
+    TriangleMove& move = edit_.triangle_moves.back();
+    switch (choices_.below(4)) {
+      case 0:
+        edit_.remove_triangles.push_back(triangle);
+        return true;
+      case 1:
+        move.from = bad_id(solver_.vertex_count(), choices_);
+        return true;
+      case 2:
+        edit_.new_vertices.push_back({from, corners[from == corners[0] ? 1 : 0], 0.5F});
+        ++move.to;
+        return true;
+      default:
+        edit_.triangle_moves.insert(edit_.triangle_moves.begin(), good);
+        return true;
+    }
+  }
+
   bool spoil_corner_move() {
+    if (!live_triangles_.empty() && choices_.below(2) == 0) {
+      return spoil_triangle_move();
+    }
     if (live_tets_.empty()) {
       return false;
     }
@@ -405,7 +444,7 @@ class Spoiler {
   const SolverData& data_;
   Choices& choices_;
   TopologyEdit& edit_;
-  std::vector<Index> live_tets_, live_links_, tissue_;
+  std::vector<Index> live_tets_, live_triangles_, live_links_, tissue_;
 };
 
 }  // namespace

@@ -39,6 +39,7 @@ LiveModel::LiveModel(const Scene& scene) : gravity(scene.gravity()) {
 void LiveModel::add_bodies(const Scene& added) {
   const Index first_vertex = vertex_count();
   const auto first_tet = static_cast<Index>(tets.size());
+  const auto first_triangle = static_cast<Index>(triangles.size());
   stiffnesses.insert(stiffnesses.end(), added.stiffnesses().begin(), added.stiffnesses().end());
   points.insert(points.end(), added.positions().begin(), added.positions().end());
   for (Index v = 0; v < added.vertex_count(); ++v) {
@@ -48,7 +49,8 @@ void LiveModel::add_bodies(const Scene& added) {
     const auto id = static_cast<Index>(bodies.size());
     for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
       vertex_bodies.push_back(id);
-      particle_masses.push_back(body.tet_count == 0 ? added.masses()[v] : 0);
+      const bool is_particle = body.tet_count == 0 && body.triangle_count == 0;
+      particle_masses.push_back(is_particle ? added.masses()[v] : 0);
     }
     for (Tet tet : added.tets().subspan(body.first_tet, body.tet_count)) {
       for (Index& v : tet) {
@@ -67,6 +69,15 @@ void LiveModel::add_bodies(const Scene& added) {
         }
       }
     }
+    for (Triangle triangle : added.triangles().subspan(body.first_triangle, body.triangle_count)) {
+      for (Index& v : triangle) {
+        v += first_vertex;
+      }
+      triangles.push_back(triangle);
+      triangle_alive.push_back(true);
+      triangle_bodies.push_back(id);
+    }
+    body.first_triangle += first_triangle;
     body.first_vertex += first_vertex;
     body.first_tet += first_tet;
     bodies.push_back(std::move(body));
@@ -88,15 +99,32 @@ void LiveModel::add_bodies(const Scene& added) {
   hinge_alive.resize(hinges.size(), true);
 }
 
-std::vector<LiveModel::HingeTets> LiveModel::hinge_tets() const {
-  std::vector<HingeTets> found(hinges.size(), {kInvalidIndex, kInvalidIndex});
+std::vector<LiveModel::Element> LiveModel::elements() const {
+  constexpr Index kFirstTriangle = 1 << 30;
+  std::vector<Element> all;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    all.push_back({{tets[t].begin(), tets[t].end()}, static_cast<Index>(t), tet_alive[t]});
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    all.push_back({{triangles[t].begin(), triangles[t].end()},
+                   kFirstTriangle + static_cast<Index>(t),
+                   triangle_alive[t]});
+  }
+  return all;
+}
+
+std::vector<LiveModel::HingeOwners> LiveModel::hinge_owners() const {
+  const std::vector<Element> all = elements();
+  std::vector<HingeOwners> found(hinges.size(), {kInvalidIndex, kInvalidIndex});
   for (std::size_t h = 0; h < hinges.size(); ++h) {
     const auto& v = hinges[h].vertices;
-    for (std::size_t t = 0; t < tets.size() && hinge_alive[h]; ++t) {
-      const auto has = [&](Index vertex) { return std::ranges::count(tets[t], vertex) > 0; };
-      for (std::size_t side = 0; side < 2; ++side) {
-        if (tet_alive[t] && has(v[0]) && has(v[1]) && has(v[2 + side])) {
-          found[h][side] = static_cast<Index>(t);
+    for (const Element& element : all) {
+      const auto has = [&](Index vertex) {
+        return std::ranges::count(element.corners, vertex) > 0;
+      };
+      for (std::size_t side = 0; side < 2 && hinge_alive[h]; ++side) {
+        if (element.is_alive && has(v[0]) && has(v[1]) && has(v[2 + side])) {
+          found[h][side] = element.id;
         }
       }
     }
@@ -105,8 +133,8 @@ std::vector<LiveModel::HingeTets> LiveModel::hinge_tets() const {
 }
 
 // Both its triangles are there, in the tetrahedra or in parts of them, and share the edge.
-void LiveModel::follow_hinges(const std::vector<HingeTets>& before, const TopologyEdit& edit,
-                              Index first_new_vertex, std::size_t first_new_tet) {
+void LiveModel::follow_hinges(const std::vector<HingeOwners>& before, const TopologyEdit& edit,
+                              Index first_new_vertex, Index first_new_tet) {
   const auto comes_of = [&](Index vertex, Index origin) {
     if (vertex < first_new_vertex) {
       return vertex == origin;
@@ -114,22 +142,26 @@ void LiveModel::follow_hinges(const std::vector<HingeTets>& before, const Topolo
     const NewVertex& made = edit.new_vertices[vertex - first_new_vertex];
     return made.first == origin && made.second == origin;
   };
+  const auto is_new_tet = [&](Index id) {
+    return id >= first_new_tet && id < static_cast<Index>(tets.size());
+  };
+  const std::vector<Element> all = elements();
   for (std::size_t h = 0; h < hinges.size(); ++h) {
     std::array<std::array<Index, 3>, 2> sides{};
     bool is_whole = hinge_alive[h];
     for (std::size_t side = 0; side < 2 && is_whole; ++side) {
       is_whole = false;
-      for (std::size_t t = 0; t < tets.size(); ++t) {
+      for (const Element& element : all) {
         const Index origin =
-            t < first_new_tet ? static_cast<Index>(t) : edit.new_tets[t - first_new_tet].parent;
+            is_new_tet(element.id) ? edit.new_tets[element.id - first_new_tet].parent : element.id;
         std::array<Index, 3> now{kInvalidIndex, kInvalidIndex, kInvalidIndex};
         for (std::size_t k = 0; k < 3; ++k) {
           const Index vertex = hinges[h].vertices[k == 2 ? 2 + side : k];
-          for (const Index corner : tets[t]) {
+          for (const Index corner : element.corners) {
             now[k] = comes_of(corner, vertex) ? corner : now[k];
           }
         }
-        if (tet_alive[t] && origin == before[h][side] &&
+        if (element.is_alive && origin == before[h][side] &&
             std::ranges::count(now, kInvalidIndex) == 0) {
           sides[side] = now;
           is_whole = true;
@@ -146,6 +178,9 @@ void LiveModel::follow_hinges(const std::vector<HingeTets>& before, const Topolo
 void LiveModel::remove_body(Index body) {
   for (std::size_t t = 0; t < tets.size(); ++t) {
     tet_alive[t] = tet_alive[t] && tet_bodies[t] != body;
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    triangle_alive[t] = triangle_alive[t] && triangle_bodies[t] != body;
   }
   for (std::size_t v = 0; v < points.size(); ++v) {
     particle_masses[v] = vertex_bodies[v] == body ? 0 : particle_masses[v];
@@ -179,8 +214,8 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
     link_alive[l] = false;
   }
   const Index first_new_vertex = vertex_count();
-  const std::size_t first_new_tet = tets.size();
-  const std::vector<HingeTets> hinge_tets_before = hinge_tets();
+  const auto first_new_tet = static_cast<Index>(tets.size());
+  const std::vector<HingeOwners> hinge_owners_before = hinge_owners();
   for (const NewVertex& vertex : edit.new_vertices) {
     const Eigen::Vector3d along = points[vertex.second] - points[vertex.first];
     points.push_back(points[vertex.first] + double{vertex.share} * along);
@@ -195,8 +230,14 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const Index t : edit.remove_tets) {
     tet_alive[t] = false;
   }
+  for (const Index t : edit.remove_triangles) {
+    triangle_alive[t] = false;
+  }
   for (const Index body : edit.remove_bodies) {
     remove_body(body);
+  }
+  for (const TriangleMove& move : edit.triangle_moves) {
+    std::ranges::replace(triangles[move.triangle], move.from, move.to);
   }
   for (const CornerMove& move : edit.corner_moves) {
     move_corner(move);
@@ -207,7 +248,7 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const NewTet& tet : edit.new_tets) {
     tet_alive[tet.parent] = false;
   }
-  follow_hinges(hinge_tets_before, edit, first_new_vertex, first_new_tet);
+  follow_hinges(hinge_owners_before, edit, first_new_vertex, first_new_tet);
   links.insert(links.end(), edit.new_links.begin(), edit.new_links.end());
   link_alive.resize(links.size(), true);
   add_bodies(edit.new_bodies);

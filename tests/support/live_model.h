@@ -37,6 +37,9 @@ struct LiveModel {
   std::vector<Index> tet_bodies;           // [tet_count]
   std::vector<float> rest_volumes;         // [tet_count] m^3
   std::vector<float> stiffnesses;          // [tet_count] times that of the material
+  std::vector<Triangle> triangles;         // [triangle_count]
+  std::vector<bool> triangle_alive;        // [triangle_count]
+  std::vector<Index> triangle_bodies;      // [triangle_count]
   std::vector<Link> links;                 // [link_count]
   std::vector<bool> link_alive;            // [link_count] unless an end has lost its tissue
   std::vector<Hinge> hinges;               // [hinge_count]
@@ -51,10 +54,16 @@ struct LiveModel {
  private:
   void add_bodies(const Scene& added);
   void remove_body(Index body);
-  using HingeTets = std::array<Index, 2>;  // that have its triangles
-  [[nodiscard]] std::vector<HingeTets> hinge_tets() const;
-  void follow_hinges(const std::vector<HingeTets>& before, const TopologyEdit& edit,
-                     Index first_new_vertex, std::size_t first_new_tet);
+  struct Element {  // that hinges may be of: a tetrahedron, or a triangle of a sheet
+    std::vector<Index> corners;
+    Index id;  // triangles behind tetrahedra, as far as numbers go
+    bool is_alive;
+  };
+  [[nodiscard]] std::vector<Element> elements() const;
+  using HingeOwners = std::array<Index, 2>;  // elements that have its triangles
+  [[nodiscard]] std::vector<HingeOwners> hinge_owners() const;
+  void follow_hinges(const std::vector<HingeOwners>& before, const TopologyEdit& edit,
+                     Index first_new_vertex, Index first_new_tet);
   void change_volume(const RestVolumeChange& change);
   void move_corner(const CornerMove& move);
   void add_tet(const NewTet& tet, const TopologyEdit& edit, Index first_new_vertex);

@@ -10,6 +10,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "tests/support/inspect.h"
 
@@ -41,7 +42,7 @@ Index index_of(std::size_t i) {
   return static_cast<Index>(i);
 }
 
-/// What follows from the live tetrahedra and nothing else.
+/// What follows from the live tetrahedra and triangles and nothing else.
 struct Fresh {
   struct LiveEdge {
     Edge vertices;
@@ -51,6 +52,17 @@ struct Fresh {
 
   explicit Fresh(const LiveModel& model)
       : vertex_tets(model.points.size()), masses(model.particle_masses) {
+    for (std::size_t t = 0; t < model.triangles.size(); ++t) {
+      const Body& body = model.bodies[model.triangle_bodies[t]];
+      const auto& [a, b, c] = model.triangles[t];
+      const double area =
+          (model.points[b] - model.points[a]).cross(model.points[c] - model.points[a]).norm() / 2;
+      for (const Index v : model.triangles[t]) {
+        masses[v] += model.triangle_alive[t]
+                         ? double{body.material.density} * double{body.thickness} * area / 3
+                         : 0;
+      }
+    }
     for (std::size_t t = 0; t < model.tets.size(); ++t) {
       if (!model.tet_alive[t]) {
         continue;
@@ -104,7 +116,9 @@ void compare_bodies(const Solver& solver, const Fresh& fresh, const LiveModel& m
     require(actual.name == expected.name, "name of body", b);
     require(actual.first_vertex == expected.first_vertex &&
                 actual.vertex_count == expected.vertex_count &&
-                actual.first_tet == expected.first_tet && actual.tet_count == expected.tet_count,
+                actual.first_tet == expected.first_tet && actual.tet_count == expected.tet_count &&
+                actual.first_triangle == expected.first_triangle &&
+                actual.triangle_count == expected.triangle_count,
             "ids of body", b);
     require(solver.tissue().is_body_alive(b) == is_alive[i], "body alive", b);
   }
@@ -340,6 +354,37 @@ void compare_tets(const LiveModel& model, const Solver& solver) {
   }
 }
 
+void compare_sheets(const LiveModel& model, const Solver& solver) {
+  const SolverData& data = inspect(solver);
+  const Tissue& tissue = solver.tissue();
+  require(tissue.triangles().size() == model.triangles.size(), "triangles",
+          index_of(tissue.triangles().size()));
+  std::vector<std::vector<Index>> at(model.points.size());  // [vertex]
+  for (std::size_t i = 0; i < model.triangles.size(); ++i) {
+    const Index t = index_of(i);
+    require(tissue.is_triangle_alive(t) == model.triangle_alive[i], "triangle alive", t);
+    require(tissue.body_of_triangle(t) == model.triangle_bodies[i], "body of triangle", t);
+    const auto& membranes = data.sets.of<MembraneConstraint>();
+    require(membranes.is_alive(t) == model.triangle_alive[i], "membrane alive", t);
+    if (!model.triangle_alive[i]) {
+      continue;
+    }
+    require(tissue.triangles()[i] == model.triangles[i], "vertices of triangle", t);
+    for (const Index v : model.triangles[i]) {
+      at[v].push_back(t);
+    }
+    const auto record = membranes.record(t);
+    const auto expected =
+        make_membrane(model.points, model.triangles[i], data.places_of(model.triangles[i]),
+                      model.bodies[model.triangle_bodies[i]]);
+    require(record.places == expected.places, "vertices of membrane", t);
+    require(record.parameters == expected.parameters, "parameters of membrane", t);
+  }
+  for (Index v = 0; v < model.vertex_count(); ++v) {
+    require(std::ranges::equal(tissue.triangles_at(v), at[v]), "triangles at vertex", v);
+  }
+}
+
 // Blocks are full but for the last, whose idle lanes repeat it, and no two constraints of a group
 // that is projected at once share a vertex.
 // @param is_serial  [group_count]
@@ -487,6 +532,7 @@ std::string difference(const LiveModel& model, const Solver& solver) {
     compare_masses(model, solver, fresh);
     compare_distances(model, solver, fresh);
     compare_tets(model, solver);
+    compare_sheets(model, solver);
     compare_hinges(model, solver);
     compare_owners(model, solver, fresh);
     compare_colors(inspect(solver));

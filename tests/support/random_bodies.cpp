@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -61,9 +62,16 @@ Scene make_bodies(const Solver& solver, Choices& choices) {
   Scene scene;
   for (Index count = 1 + choices.below(2); count > 0; --count) {
     const std::string name = make_name(solver, scene);
-    if (choices.below(4) == 0) {
+    const Index kind = choices.below(4);
+    if (kind == 0) {
       scene.add_particles(
           name, std::array<Eigen::Vector3d, 2>{{{0, 0, 2 * kEdge}, {kEdge, 0, 2 * kEdge}}}, 1e-5);
+      continue;
+    }
+    if (kind == 1 && !solver.tissue().triangles().empty()) {
+      const SheetMesh sheet = make_sheet({1 + choices.below(3), 1}, kEdge);
+      scene.add_sheet(name, sheet.positions, sheet.triangles,
+                      {.damping = choices.below(3) == 0 ? 1e-3F : 0.0F});
       continue;
     }
     const TetMesh mesh = make_mesh(choices);

@@ -98,6 +98,15 @@ inline void mix_vertices(Digest& digest, const VertexBlocks& vertices) {
           digest.mix(rows.hinges[i].rest[lane]);
         }
       }
+      for (const TriangleRow& row :
+           rows.triangles.subspan(block.triangles.first, block.triangles.count)) {
+        if (!is_padding(row.neighbors[0])) {
+          digest.mix(row.neighbors[0][lane]);
+          digest.mix(row.neighbors[1][lane]);
+          digest.mix(row.weights[0][lane]);
+          digest.mix(row.weights[1][lane]);
+        }
+      }
     }
   }
 }
@@ -108,6 +117,8 @@ inline std::uint64_t digest_of(const SolverData& data) {
   const TissueData& tissue = inspect(*data.tissue);
   Digest digest;
   digest.mix_all(data.tissue->tets());
+  digest.mix_all(data.tissue->triangles());
+  digest.mix_all(tissue.triangle_alive.values());
   digest.mix_all(data.tissue->edges());
   digest.mix_all(data.tissue->tet_edges());
   digest.mix_all(data.tissue->edge_tets());
@@ -115,6 +126,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix_all(data.tissue->tets_at(v));
     digest.mix_all(data.tissue->links_at(v));
     digest.mix_all(data.tissue->hinges_at(v));
+    digest.mix_all(data.tissue->triangles_at(v));
   }
   digest.mix(data.sets.distance_ids.count());
   digest.mix_all(tissue.tet_alive.values());

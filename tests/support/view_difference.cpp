@@ -27,6 +27,20 @@ Triangle from_smallest(Triangle triangle) {
 // Sorted, with the tetrahedron that each bounds.
 using Surface = std::vector<std::pair<Triangle, Index>>;
 
+// Both sides.
+Surface find_sides(const LiveModel& model, Index sheet) {
+  Surface sides;
+  for (std::size_t t = 0; t < model.triangles.size(); ++t) {
+    if (model.triangle_alive[t] && model.triangle_bodies[t] == sheet) {
+      const auto& [a, b, c] = model.triangles[t];
+      sides.emplace_back(from_smallest({a, b, c}), static_cast<Index>(t));
+      sides.emplace_back(from_smallest({a, c, b}), static_cast<Index>(t));
+    }
+  }
+  std::ranges::sort(sides);
+  return sides;
+}
+
 Surface find_surface(const LiveModel& model, Index body) {
   struct Face {
     Triangle sorted;
@@ -74,6 +88,11 @@ std::string difference(const LiveModel& model, const LiveSurface& surface, const
   }
   std::ranges::sort(shown);
   std::ranges::sort(found);
+  if (solver.tissue().body(body).thickness > 0) {
+    return shown == find_sides(model, body)
+               ? ""
+               : mismatch("live surface of sheet", static_cast<std::size_t>(body));
+  }
   const Surface expected = find_surface(model, body);
   if (shown != expected) {
     return mismatch("live surface of body", static_cast<std::size_t>(body));

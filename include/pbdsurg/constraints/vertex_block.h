@@ -10,6 +10,8 @@
 ///        o---x---o              + sum k/2 (l - rest)^2     springs; limits of stretch, if longer
 ///          \ | /                + sum s/2 (V - target)^2   volumes
 ///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
+///                               + sum w/2 |x_j - x|^2      triangles of sheets, likewise
+///                               + sum a/2 (A - target)^2
 ///
 /// A stable Neo-Hookean tetrahedron (Smith, de Goes, Kim 2018) stores, per rest volume V0,
 ///
@@ -18,6 +20,12 @@
 /// whose moduli at rest are those asked for. F is linear in the vertices, so the first term is a
 /// sum over edges with constant weights; the second is a volume term. Both are quadratic in one
 /// vertex: the step is exact, and the energy never grows, whatever the deformation.
+///
+/// A triangle of a sheet (constraints/membrane.h) is the same in two dimensions: edges and an area.
+/// Within its plane that is quadratic in one vertex. Across, the area resists with a tension that
+/// takes back what the edges give at rest, and more under compression, where the sheet is to
+/// buckle. Of this curvature the magnitude stands in the Hessian (Chen et al. 2024, "Stabler
+/// Neo-Hookean Simulation: Absolute Eigenvalue Filtering for Projected Newton").
 
 #include <cmath>
 
@@ -68,6 +76,51 @@ struct NeoHookeanTerms {
     terms.stiffness = stiffness / ratio;
     terms.target = target * ratio;
     return terms;
+  }
+};
+
+/// What a triangle of a sheet adds to the energy of its vertices.
+template <class Scalar>
+struct MembraneTerms {
+  Scalar weights[3];  ///< N/m, of the edges opposite the vertices; negative at obtuse angles
+  Scalar stiffness;   ///< N/m^3, of the area
+  Scalar target;      ///< m^2, the area that it strives for against the pull of its edges
+
+  /// @param x       m, at rest, of positive area
+  /// @param mu      N/m, the shear modulus times the thickness
+  /// @param lambda  N/m, r mu of constraints/membrane.h
+  static MembraneTerms at_rest(const Vec3<Scalar> (&x)[3], Scalar mu, Scalar lambda) {
+    using std::sqrt;
+    const Vec3<Scalar> sides[3] = {x[2] - x[1], x[0] - x[2], x[1] - x[0]};
+    const Vec3<Scalar> normal = cross(sides[0], sides[1]);
+    const Scalar area = sqrt(dot(normal, normal)) / Scalar(2);
+    const Scalar scale = -mu / (Scalar(4) * area);
+    return {{scale * dot(sides[1], sides[2]), scale * dot(sides[2], sides[0]),
+             scale * dot(sides[0], sides[1])},
+            lambda / area,
+            area * (Scalar(1) + mu / lambda)};
+  }
+};
+
+/// The area of a triangle as one of its vertices sees it.
+template <class Scalar>
+struct AreaPull {
+  Vec3<Scalar> normal;    ///< m^2, of a length of twice the area
+  Vec3<Scalar> edge;      ///< m, the one opposite
+  Scalar inverse_square;  ///< 1/m^4, of that length; zero of a triangle without area
+  Scalar area;            ///< m^2
+  Vec3<Scalar> gradient;  ///< m, of the area
+
+  /// @param a  m, with b: the edge opposite, from the vertex
+  PBDSURG_HOST_DEVICE AreaPull(const Vec3<Scalar>& a, const Vec3<Scalar>& b)
+      : normal(cross(a, b)), edge(b - a) {
+    using std::sqrt;
+    const Scalar square = dot(normal, normal);
+    const auto has_area = is_usable(square);
+    const Scalar length = select(has_area, sqrt(square), Scalar(0));
+    inverse_square = select(has_area, Scalar(1) / square, Scalar(0));
+    area = Scalar(0.5) * length;
+    gradient = (Scalar(0.5) * length * inverse_square) * cross(normal, edge);
   }
 };
 
@@ -132,6 +185,14 @@ struct VertexForce {
                                 select(is_opposite, opposite.y, on_edge.y),
                                 select(is_opposite, opposite.z, on_edge.z)};
     force = force - (stiffness * turn.value) * gradient;
+  }
+  /// As VertexEnergy::add_triangle().
+  PBDSURG_HOST_DEVICE void add_triangle(Scalar weight_a, Scalar weight_b, Scalar stiffness,
+                                        Scalar target, const Vec3<Scalar>& a,
+                                        const Vec3<Scalar>& b) {
+    const AreaPull<Scalar> pull(a, b);
+    force =
+        force + weight_a * a + weight_b * b + (stiffness * (target - pull.area)) * pull.gradient;
   }
 };
 
@@ -217,6 +278,32 @@ struct VertexEnergy {
     force = force - moment * gradient;
     isotropic = isotropic + select(moment < Scalar(0), -moment, moment) * curvature;
     add_square(stiffness, gradient);
+  }
+
+  /// A triangle of a sheet. The curvature of its energy across its plane counts by its magnitude.
+  /// @param weight_a   N/m, of the pull towards a
+  /// @param weight_b   N/m, likewise; their sum is not negative
+  /// @param stiffness  N/m^3, >= 0
+  /// @param target     m^2
+  /// @param a          m, with b: the edge opposite, from the vertex
+  PBDSURG_HOST_DEVICE void add_triangle(Scalar weight_a, Scalar weight_b, Scalar stiffness,
+                                        Scalar target, const Vec3<Scalar>& a,
+                                        const Vec3<Scalar>& b) {
+    const AreaPull<Scalar> pull(a, b);
+    const Scalar tension = stiffness * (pull.area - target);
+    force = force + weight_a * a + weight_b * b - tension * pull.gradient;
+    const Scalar within = weight_a + weight_b;
+    const Scalar edge_square = dot(pull.edge, pull.edge);
+    const Scalar turned = within + tension * pull.area * edge_square * pull.inverse_square;
+    const Scalar across = select(turned < Scalar(0), -turned, turned);
+    const Scalar least = select(across < within, across, within);
+    const Scalar rest = within - least;
+    isotropic = isotropic + least;
+    xx = xx + rest;
+    yy = yy + rest;
+    zz = zz + rest;
+    add_square((across - within) * pull.inverse_square, pull.normal);
+    add_square(stiffness, pull.gradient);
   }
 
  private:

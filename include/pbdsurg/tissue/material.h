@@ -62,6 +62,21 @@ struct PBDSURG_API Material {
   float max_stretch = std::numeric_limits<float>::infinity();
 };
 
+/// Material of a sheet: a membrane of Neo-Hookean tissue as thick as little, see
+/// constraints/membrane.h, that bends as a plate. The wall of a duct, unless it is told otherwise.
+struct SheetMaterial {
+  float thickness = 1e-3F;       ///< m, positive
+  float density = 1000;          ///< kg/m^3, positive
+  float youngs_modulus = 100e3;  ///< Pa, positive
+  float poissons_ratio = 0.45F;  ///< in [0, 0.5)
+  float damping = 0;             ///< s, as Material::damping; of stretch and of bending
+};
+
+/// A sheet of a solid's tissue: its density, moduli and friction; a largest stretch it has none.
+/// @param thickness  m
+/// @throws InvalidArgument  if the solid is not Neo-Hookean
+[[nodiscard]] PBDSURG_API SheetMaterial sheet_material(const Material& solid, float thickness);
+
 /// A material whose compliances stand for an elastic solid: an edge for a bar as wide as the mesh's
 /// mean edge is long (stiffness E L), a tetrahedron for the bulk modulus E / (3 (1 - 2 nu)). How
 /// stiff a network of bars is as a whole depends on the mesh: take E as a scale, within a small

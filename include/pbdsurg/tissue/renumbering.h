@@ -15,6 +15,7 @@ namespace pbdsurg {
 struct Renumbering {
   std::vector<Index> vertices;       ///< [vertex_count before]
   std::vector<Index> tets;           ///< [tet_count before]
+  std::vector<Index> triangles;      ///< [triangle_count before]
   std::vector<Index> edges;          ///< [edge_count before]
   std::vector<Index> links;          ///< [link_count before]
   std::vector<Index> hinges;         ///< [hinge_count before]

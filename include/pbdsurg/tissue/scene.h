@@ -19,16 +19,20 @@
 
 namespace pbdsurg {
 
+struct SceneRecord;
 struct TissueData;
 
 /// A body's place in the numbering that all bodies of a scene share.
 struct Body {
-  std::string name;        ///< unlike that of any other body
-  Material material;       ///< of all its tetrahedra
-  Index first_vertex = 0;  ///< the others follow
-  Index vertex_count = 0;  ///< those that it came with
-  Index first_tet = 0;     ///< the others follow
-  Index tet_count = 0;     ///< those that it came with; of particles 0
+  std::string name;          ///< unlike that of any other body
+  Material material;         ///< of all its tetrahedra, or of the sheet
+  Index first_vertex = 0;    ///< the others follow
+  Index vertex_count = 0;    ///< those that it came with
+  Index first_tet = 0;       ///< the others follow
+  Index tet_count = 0;       ///< those that it came with; of particles and sheets 0
+  Index first_triangle = 0;  ///< of a sheet; the others follow
+  Index triangle_count = 0;  ///< those that it came with; 0 of all that is no sheet
+  float thickness = 0;       ///< m, of a sheet; else 0
 };
 
 /// A distance constraint between two vertices of the scene that no tetrahedron joins: connective
@@ -40,8 +44,9 @@ struct Link {
   Stiffness stiffness;           ///< compliance in m/N
 };
 
-/// Two triangles of a body's surface that share an edge and resist a change of the angle between
-/// them: a capsule or serosa that is stiffer than the tissue below. See constraints/bending.h.
+/// Two triangles of a body's surface, or of a sheet, that share an edge and resist a change of the
+/// angle between them: a capsule or serosa that is stiffer than the tissue below, or the bending of
+/// a sheet. See constraints/bending.h.
 struct Hinge {
   std::array<Index, 4> vertices{};  ///< scene vertices: the ends of the edge, then one a triangle
   float rigidity = 0;               ///< N m, the flexural rigidity of the plate that it is part of
@@ -49,8 +54,9 @@ struct Hinge {
 
 /// A scene description. Solvers copy what they need: a scene may be changed or dropped afterwards.
 ///
-/// Vertices, tetrahedra, links and hinges have one numbering across all bodies, in the order in
-/// which they were added; a body's local vertex v is scene vertex body(b).first_vertex + v.
+/// Vertices, tetrahedra, triangles, links and hinges have one numbering across all bodies, in the
+/// order in which they were added; a body's local vertex v is scene vertex body(b).first_vertex +
+/// v.
 class PBDSURG_API Scene {
  public:
   /// Adds a body at rest.
@@ -63,6 +69,20 @@ class PBDSURG_API Scene {
   /// @param mass       kg of each particle, positive
   /// @throws InvalidArgument  as add_body(), or naming the particle that is not finite
   BodyId add_particles(std::string name, std::span<const Eigen::Vector3d> positions, double mass);
+
+  /// Adds a sheet at rest: a body of triangles with a thickness, which resists stretch as a
+  /// membrane and bending by a hinge at every edge of two triangles. Each corner of a triangle has
+  /// a third of its mass. Sheets share no vertex with other bodies; links join them. Cost: O(T log
+  /// T).
+  /// @param positions  [n] m
+  /// @param triangles  [triangle_count] ids in [0, n), wound alike where a side is to be known
+  /// @throws InvalidArgument  if the name is empty or taken, a value of the material is out of
+  ///                          range, or naming the vertex that is not finite, the triangle that
+  ///                          names a vertex out of range or twice, has next to no area or is there
+  ///                          twice, or the hinge whose compliance is out of [1e-12, 1e12]
+  ///                          1/(N m); then nothing has changed
+  BodyId add_sheet(std::string name, std::span<const Eigen::Vector3d> positions,
+                   std::span<const Triangle> triangles, const SheetMaterial& material = {});
 
   /// Holds vertices of a body where they are, until an edit lets them go.
   /// @param vertices  [n] ids within the body
@@ -89,11 +109,12 @@ class PBDSURG_API Scene {
   ///                          are the same or a value is out of range
   Index add_link(const Link& link);
 
-  /// Hinges two neighbouring triangles of a body's surface. Cost: O(tetrahedra of the body +
-  /// hinges).
+  /// Hinges two neighbouring triangles of a body's surface, or of a sheet, whose own hinges are
+  /// there already. Cost: O(tetrahedra and triangles of the body + hinges).
   /// @return  the hinge's index
   /// @throws InvalidArgument  naming the hinge and what is wrong with it: a vertex out of range or
-  ///                          listed twice, a triangle that is not on the surface of a body, or has
+  ///                          listed twice, a triangle that is not on the surface of a body, nor of
+  ///                          a sheet, or has
   ///                          a hinge over that edge to the same neighbour already, or has next to
   ///                          no height over the edge; a rigidity that is not positive and finite,
   ///                          or gives a compliance out of [1e-12, 1e12] 1/(N m)
@@ -108,7 +129,8 @@ class PBDSURG_API Scene {
   /// @param rigidity  N m, flexural_rigidity() of constraints/bending.h: a capsule of 0.1 mm and
   ///                  1 MPa has 1e-7
   /// @return          how many were added
-  /// @throws InvalidArgument  as add_hinge(), or if the body has no tetrahedra; then none is added
+  /// @throws InvalidArgument  as add_hinge(), or if the body has neither tetrahedra nor triangles;
+  ///                          then none is added
   Index add_hinges(Index body, float rigidity);
 
   /// Acceleration of free vertices, m/s^2. Default: earth's, downwards along y.
@@ -138,7 +160,8 @@ class PBDSURG_API Scene {
   /// [vertex_count] m, at rest.
   [[nodiscard]] std::span<const Eigen::Vector3d> positions() const noexcept { return positions_; }
 
-  /// [vertex_count] kg, lumped; zero for a vertex that no tetrahedron uses, which then never moves.
+  /// [vertex_count] kg, lumped; zero for a vertex that no tetrahedron or triangle uses, which then
+  /// never moves.
   [[nodiscard]] std::span<const double> masses() const noexcept { return masses_; }
 
   /// Whether a vertex was fixed.
@@ -147,6 +170,9 @@ class PBDSURG_API Scene {
 
   /// [tet_count] scene vertex ids.
   [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
+
+  /// [triangle_count] of sheets, scene vertex ids.
+  [[nodiscard]] std::span<const Triangle> triangles() const noexcept { return triangles_; }
 
   /// [tet_count] see set_stiffnesses(); 1 where nothing was set.
   [[nodiscard]] std::span<const float> stiffnesses() const noexcept { return stiffnesses_; }
@@ -159,16 +185,21 @@ class PBDSURG_API Scene {
 
  private:
   friend Scene scene_of(const TissueData& data);  // which fills it
+  friend Scene scene_of(const SceneRecord& record);
 
   Body& append_body(std::string name, std::span<const Eigen::Vector3d> positions,
                     std::span<const double> masses, std::size_t tet_count,
                     const Material& material);
+
+  BodyId append_sheet(std::string name, std::span<const Eigen::Vector3d> positions,
+                      std::span<const Triangle> triangles, const SheetMaterial& material);
 
   std::vector<Body> bodies_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<double> masses_;
   std::vector<bool> fixed_;
   std::vector<Tet> tets_;
+  std::vector<Triangle> triangles_;
   std::vector<float> stiffnesses_;
   std::vector<Link> links_;
   std::vector<Hinge> hinges_;

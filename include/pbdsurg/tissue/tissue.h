@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// Living tissue: bodies, tetrahedra, edges, links and hinges, and the edits that change them.
+/// Living tissue: bodies, tetrahedra, triangles, edges, links and hinges, and the edits that change
+/// them.
 
 #include <Eigen/Core>
 #include <array>
@@ -41,10 +42,10 @@ struct TissueVersion {
 /// can be undone, the last.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
-/// links to a vertex that it was the last to use, and hinges of its triangles. Where tetrahedra
-/// give way to others, mass and rest volume stay. A hinge follows its two triangles, through
-/// parting and splitting, for as long as they are there and share its edge. A body that goes keeps
-/// its number and its name.
+/// links to a vertex that it was the last to use, and hinges of its triangles; so does a removed
+/// triangle of a sheet, which has no edges of its own. Where tetrahedra give way to others, mass
+/// and rest volume stay. A hinge follows its two triangles, through parting and splitting, for as
+/// long as they are there and share its edge. A body that goes keeps its number and its name.
 ///
 /// Not thread-safe; a Solver on a device may step meanwhile, see Solver::start_step(). It must
 /// outlive its followers, and stays where it is in memory.
@@ -119,6 +120,10 @@ class PBDSURG_API Tissue {
   /// The body of a tetrahedron, likewise.
   [[nodiscard]] Index body_of_tet(Index tet) const;
 
+  /// The sheet of a triangle. Edits bring triangles with new bodies alone, so those of a body are
+  /// the ones that bodies() says.
+  [[nodiscard]] Index body_of_triangle(Index triangle) const;
+
   /// The id from which on vertices may be a body's that it did not come with.
   [[nodiscard]] Index first_later_vertex(Index body) const;
   /// The same of tetrahedra.
@@ -141,10 +146,11 @@ class PBDSURG_API Tissue {
   /// [vertex_count] m, of the scene; new vertices lie between where these do.
   [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept;
 
-  /// [vertex_count] kg: a quarter of each live tetrahedron at a vertex, or a particle's own.
+  /// [vertex_count] kg: a quarter of each live tetrahedron at a vertex, a third of each triangle,
+  /// or a particle's own.
   [[nodiscard]] std::span<const double> masses() const noexcept;
 
-  /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron.
+  /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron or triangle.
   [[nodiscard]] bool has_tissue(Index vertex) const;
 
   /// Whether it cannot move: the scene or an edit fixed it, or it came between two that were fixed.
@@ -152,6 +158,8 @@ class PBDSURG_API Tissue {
 
   /// Live tetrahedra at a vertex, ascending. Valid until the next edit.
   [[nodiscard]] std::span<const Index> tets_at(Index vertex) const;
+  /// Live triangles of sheets, likewise.
+  [[nodiscard]] std::span<const Index> triangles_at(Index vertex) const;
   /// Live links, likewise.
   [[nodiscard]] std::span<const Index> links_at(Index vertex) const;
   /// Live hinges, likewise.
@@ -159,7 +167,7 @@ class PBDSURG_API Tissue {
 
   /// @}
 
-  /// @name Tetrahedra, edges, links, hinges
+  /// @name Tetrahedra, triangles, edges, links, hinges
   /// @{
 
   /// [tet_count] corners of every tetrahedron there ever was.
@@ -176,8 +184,14 @@ class PBDSURG_API Tissue {
   /// How many times as stiff as the material of its body a tetrahedron is.
   [[nodiscard]] float stiffness(Index tet) const;
 
-  /// [edge_count] vertices of every edge there ever was, smaller first. Sorted until an edit adds
-  /// vertices.
+  /// [triangle_count] corners of every triangle of a sheet there ever was.
+  [[nodiscard]] std::span<const Triangle> triangles() const noexcept;
+
+  /// kg
+  [[nodiscard]] double triangle_mass(Index triangle) const;
+
+  /// [edge_count] of tetrahedra: vertices of every edge there ever was, smaller first. Sorted until
+  /// an edit adds vertices.
   [[nodiscard]] std::span<const Edge> edges() const noexcept;
 
   /// [edge_count] how many live tetrahedra are around each.
@@ -191,6 +205,8 @@ class PBDSURG_API Tissue {
 
   /// Whether a tetrahedron has not been removed.
   [[nodiscard]] bool is_tet_alive(Index tet) const;
+  /// Whether a triangle of a sheet has not been removed.
+  [[nodiscard]] bool is_triangle_alive(Index triangle) const;
   /// Whether a live tetrahedron is around an edge.
   [[nodiscard]] bool is_edge_alive(Index edge) const;
   /// Whether a link has neither been removed nor lost an end.

@@ -28,9 +28,9 @@ struct PartedEdge {
 };
 
 /// An edit and its consequences. Each list is in the order of events, which were: links removed as
-/// asked, new vertices, moves of links, removals of tetrahedra, moves of corners, new tetrahedra
-/// and the removal of their parents, hinges of these and of moved corners, links lost with tissue,
-/// new bodies, new links, new hinges. Vertices keep their ids for ever.
+/// asked, new vertices, moves of links, removals of tetrahedra, then triangles, moves of corners of
+/// both, new tetrahedra and the removal of their parents, hinges of these and of moved corners,
+/// links lost with tissue, new bodies, new links, new hinges. Vertices keep their ids for ever.
 struct TissueChange {
   TopologyEdit edit{};  ///< as asked
   /// As asked, then those of removed bodies, then parents of new ones, each once.
@@ -39,11 +39,12 @@ struct TissueChange {
   std::vector<Index> removed_edges{};  ///< whose last tetrahedron was removed
   /// [removed_tets] how many of removed_edges had gone when the tetrahedron had.
   std::vector<Index> removed_edge_ends{};
-  std::vector<Index> removed_links{};  ///< as asked, then those to an emptied vertex
-  /// Of removed tetrahedra, then of triangles that no longer share an edge.
+  std::vector<Index> removed_triangles{};  ///< as asked, then those of removed bodies
+  std::vector<Index> removed_links{};      ///< as asked, then those to an emptied vertex
+  /// Of removed tetrahedra and triangles, then of triangles that no longer share an edge.
   std::vector<Index> removed_hinges{};
   std::vector<Index> moved_hinges{};  ///< whose triangles have copies of vertices now
-  /// That lost their last tetrahedron, or were particles: they stop, and tools let go.
+  /// That lost their last tetrahedron or triangle, or were particles: they stop, and tools let go.
   std::vector<Index> emptied_vertices{};
   std::vector<Index> weighed_vertices{};  ///< whose mass may be another; some more than once
   /// Before each change. Several changes of one tetrahedron have an entry each; the first entries
@@ -55,6 +56,7 @@ struct TissueChange {
   // New ones follow each other, in the order of the edit; new bodies' come last.
   Index first_new_vertex = 0;        ///< vertices from here on are new
   Index first_new_tet = 0;           ///< tetrahedra from here on are new
+  Index first_new_triangle = 0;      ///< triangles from here on are new
   Index first_new_link = 0;          ///< links from here on are new
   Index first_new_hinge = 0;         ///< hinges from here on are new
   Index first_new_edge = 0;          ///< edges from here on are new

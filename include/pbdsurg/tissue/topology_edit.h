@@ -42,7 +42,7 @@ struct LinkLengthChange {
 
 /// A vertex that comes to be: on the segment between two vertices of one body, or where one is.
 struct NewVertex {
-  Index first;      ///< a corner of a live tetrahedron
+  Index first;      ///< a corner of a live tetrahedron or triangle
   Index second;     ///< the same as `first` for a copy of it
   float share = 0;  ///< in [0, 1]: it starts at first + share (second - first), and moves as there
 };
@@ -53,6 +53,14 @@ struct CornerMove {
   Index tet;   ///< live, not removed by the same edit
   Index from;  ///< a corner of it
   Index to;    ///< a new vertex, copy of `from`
+};
+
+/// Moves a corner of a sheet's triangle from a vertex to a copy of it that the same edit makes:
+/// this is how a sheet parts or rips along edges. The triangle keeps its id and its rest shape.
+struct TriangleMove {
+  Index triangle;  ///< live, not removed by the same edit
+  Index from;      ///< a corner of it
+  Index to;        ///< a new vertex, copy of `from`
 };
 
 /// Moves an end of a link from a vertex to a copy of it that the same edit makes.
@@ -74,13 +82,14 @@ struct NewTet {
 /// What to change, all at once: see Tissue::apply(). Ids are those of the tissue, which never
 /// change meaning. What is new gets the ids that follow: new_vertices[i] is vertex vertex_count() +
 /// i, new_tets[i] tetrahedron tets().size() + i, new_links[i] link links().size() + i, as they are
-/// before the edit; so entries of an edit can name its new vertices. Vertices, tetrahedra, links
-/// and hinges of new_bodies follow all of these, in the order of that scene.
+/// before the edit; so entries of an edit can name its new vertices. Vertices, tetrahedra,
+/// triangles, links and hinges of new_bodies follow all of these, in the order of that scene.
 struct TopologyEdit {
-  std::vector<Index> remove_tets{};   ///< live, each once
-  std::vector<Index> remove_links{};  ///< live, each once
-  /// Whole bodies, particles included. Nothing of theirs can be moved, divided or linked by the
-  /// same edit, nor be listed in remove_tets.
+  std::vector<Index> remove_tets{};       ///< live, each once
+  std::vector<Index> remove_triangles{};  ///< of sheets: live, each once
+  std::vector<Index> remove_links{};      ///< live, each once
+  /// Whole bodies, particles and sheets included. Nothing of theirs can be moved, divided or linked
+  /// by the same edit, nor be listed in remove_tets or remove_triangles.
   std::vector<Index> remove_bodies{};
   std::vector<RestLengthChange> rest_lengths{};  ///< of edges
   std::vector<RestVolumeChange> rest_volumes{};  ///< of tetrahedra
@@ -91,11 +100,12 @@ struct TopologyEdit {
   std::vector<Index> fix_vertices{};
   /// Fixed ones, likewise, that move again, from rest.
   std::vector<Index> unfix_vertices{};
-  std::vector<NewVertex> new_vertices{};   ///< for the next four
-  std::vector<CornerMove> corner_moves{};  ///< where tissue parts along faces
-  std::vector<LinkMove> link_moves{};      ///< to copies of vertices
-  std::vector<NewTet> new_tets{};          ///< where tissue is divided
-  std::vector<Link> new_links{};           ///< between vertices with tissue, new ones included
+  std::vector<NewVertex> new_vertices{};       ///< for the next five
+  std::vector<CornerMove> corner_moves{};      ///< where tissue parts along faces
+  std::vector<TriangleMove> triangle_moves{};  ///< where a sheet parts along edges
+  std::vector<LinkMove> link_moves{};          ///< to copies of vertices
+  std::vector<NewTet> new_tets{};              ///< where tissue is divided
+  std::vector<Link> new_links{};               ///< between vertices with tissue, new ones included
   /// Bodies that come in, with their hinges and the links between them: at rest where the scene has
   /// them, without speed, in all copies. Links to what is there already go to new_links. The
   /// scene's gravity is of no account.

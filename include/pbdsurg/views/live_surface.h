@@ -18,15 +18,18 @@
 
 namespace pbdsurg {
 
-/// One of the four triangles of a tetrahedron.
+/// One of the four triangles of a tetrahedron, or one of the two sides of a sheet's triangle.
 struct TetFace {
-  Index tet = kInvalidIndex;  ///< scene tetrahedron
-  Index face = 0;             ///< in kTetTriangles: it lies opposite to this corner
+  Index tet = kInvalidIndex;  ///< scene tetrahedron; of a sheet, its triangle
+  /// In kTetTriangles: it lies opposite to this corner. Of a sheet 0 for the side that sees the
+  /// triangle's corners run counter-clockwise, and 1 for the other.
+  Index face = 0;
 };
 
-/// Boundary triangles of a body's live tetrahedra, in slots that make an index buffer: a triangle
-/// keeps its slot for as long as it exists, and a slot without one holds a triangle without area,
-/// so that all slots can be drawn as they are. A slot that came free last is taken first.
+/// Boundary triangles of a body's live tetrahedra, or both sides of a sheet's live triangles, in
+/// slots that make an index buffer: a triangle keeps its slot for as long as it exists, and a slot
+/// without one holds a triangle without area, so that all slots can be drawn as they are. A slot
+/// that came free last is taken first.
 ///
 /// Follows edits of its body. Cost of an edit and of its
 /// undo: O(changed), and O(k log k) of k tetrahedra that move or come to be; memory that was needed
@@ -50,6 +53,9 @@ class PBDSURG_API LiveSurface final : public Follower,
 
   /// [slot_count] where each triangle comes from; the tetrahedron is kInvalidIndex in empty slots.
   [[nodiscard]] std::span<const TetFace> origins() const noexcept { return origins_.values(); }
+
+  /// Whether it is of a sheet: each triangle is there twice, once a side.
+  [[nodiscard]] bool is_two_sided() const noexcept { return face_count_ == 2; }
 
   /// Whether any triangle is at a scene vertex: none is at those of other bodies.
   /// @throws InvalidArgument  naming the vertex that is not of the scene
@@ -80,6 +86,7 @@ class PBDSURG_API LiveSurface final : public Follower,
   [[nodiscard]] Index body() const noexcept { return body_; }
 
  private:
+  // Elements are tetrahedra, or triangles of a sheet.
   // What the body came with follows each other; from `later` on come those that edits brought, of
   // all bodies.
   struct Numbering {
@@ -100,17 +107,22 @@ class PBDSURG_API LiveSurface final : public Follower,
   };
 
   void number(const Tissue& tissue);
-  [[nodiscard]] bool is_own(Index tet) const noexcept;
+  [[nodiscard]] bool is_own(Index element) const noexcept;
+  void follow_tets(const Tissue& tissue, const TissueChange& change);
+  void follow_triangles(const TissueChange& change);
   [[nodiscard]] Triangle vertices_of(const Tissue& tissue, Index face) const noexcept;
   void detach(Index face);
   void open(Index face);
+  void remove(Index element);
   void join_open_faces(const Tissue& tissue);
   void show_open_faces(const Tissue& tissue);
   void hide(Index slot);
 
-  Index body_;  // kInvalidIndex once a compaction has left it out
-  Numbering tets_, vertices_;
-  // [4 * own tets] for face 4 * local tet + place: the face it shares, or a state below zero
+  Index body_;            // kInvalidIndex once a compaction has left it out
+  Index face_count_ = 4;  // of an element: of a sheet, 2
+  Numbering elements_, vertices_;
+  // [face_count_ * own elements] for face face_count_ * local element + place: the face it shares,
+  // or a state below zero
   UndoArray<Index> faces_;
   UndoArray<Triangle> triangles_;      // [slot_count]
   UndoArray<TetFace> origins_;         // [slot_count]

@@ -24,9 +24,10 @@ namespace pbdsurg {
 class HeatField;
 
 /// Triangles, positions, normals and burn marks of a body, which follow every step and edit by
-/// themselves. World::surface() gives it. Of replicas, the first. It has the vertices of its body,
-/// inner and dead ones included, in ascending order of their ids: a renderer sends positions() and
-/// triangles() as they are. All spans are valid until the next step or edit of the world.
+/// themselves. A sheet has each triangle twice, once a side. World::surface() gives it. Of
+/// replicas, the first. It has the vertices of its body, inner and dead ones included, in ascending
+/// order of their ids: a renderer sends positions() and triangles() as they are. All spans are
+/// valid until the next step or edit of the world.
 class PBDSURG_API Surface {
  public:
   /// World::surface() makes these.
@@ -55,8 +56,8 @@ class PBDSURG_API Surface {
   /// [vertex_count] m, at rest: where a texture sticks
   [[nodiscard]] std::span<const Eigen::Vector3f> rest_positions() const noexcept { return rest_; }
 
-  /// [vertex_count] unit, outwards: of the triangles around, by area; zero off the surface. Cost:
-  /// O(triangles) at the first call after a step.
+  /// [vertex_count] unit, outwards, of a sheet those of the front: of the triangles around, by
+  /// area; zero off the surface. Cost: O(triangles) at the first call after a step.
   [[nodiscard]] std::span<const Eigen::Vector3f> normals() const;
 
   /// [vertex_count] degrees Celsius; empty where nothing burns the body, as are the next two.

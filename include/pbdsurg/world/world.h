@@ -183,6 +183,16 @@ class PBDSURG_API World {
   /// @throws InvalidArgument  as Scene::add_body(), naming the value out of range
   BodyId add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue);
 
+  /// Adds a sheet of one tissue likewise: the peritoneum, the wall of a duct. It has no heat, and
+  /// join() takes none: links of a Scene or of an edit() join it.
+  /// @param positions  [n] m
+  /// @param triangles  ids in [0, n)
+  /// @param thickness  m
+  /// @throws InvalidArgument  as Scene::add_sheet(), or if the tissue's mechanics are springs
+  BodyId add_sheet(const std::string& name, std::span<const Eigen::Vector3d> positions,
+                   std::span<const Triangle> triangles, float thickness,
+                   const TissueRecord& tissue);
+
   /// Holds vertices of a body where they are, until an edit() lets them go.
   /// @param vertices  [n] ids within the body
   void fix(BodyId body, std::span<const Index> vertices);
@@ -196,6 +206,7 @@ class PBDSURG_API World {
 
   /// Scatters strands over the first body's surface where it faces the second's; they tear, are cut
   /// and burn.
+  /// @throws InvalidArgument  naming the body that is a sheet
   /// @return  how many there are
   Index join(BodyId first, BodyId second, const JoinOptions& options = {});
 

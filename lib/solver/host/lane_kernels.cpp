@@ -766,7 +766,7 @@ HWY_FLATTEN void damp_rows(const DampedRows& rows, const Particle* bases, const 
 HWY_FLATTEN void damp_volumes(const DampedRows& rows, const Particle* bases, const Carry* carries,
                               float inverse_dt, Index block_index) {
   VertexBlock block = rows.blocks[block_index];
-  block.springs.count = block.hinges.count = 0;
+  block.springs.count = block.hinges.count = block.triangles.count = 0;
   for_each_start(block, bases, carries, [&](const RegisterStart& start) PBDSURG_INLINE_LAMBDA {
     add_damping(rows, block, start, Lanes(inverse_dt));
   });

@@ -160,6 +160,7 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
     case PhaseKind::distance:
     case PhaseKind::volume:
     case PhaseKind::neo_hookean:
+    case PhaseKind::membrane:
     case PhaseKind::strain_limit:
     case PhaseKind::bending:
     case PhaseKind::stiff_link:

@@ -18,6 +18,7 @@ void ThreadStages::plan(const SolverData& data, int threads) {
       case PhaseKind::distance:
       case PhaseKind::volume:
       case PhaseKind::neo_hookean:
+      case PhaseKind::membrane:
       case PhaseKind::strain_limit:
       case PhaseKind::bending:
       case PhaseKind::stiff_link:
@@ -62,7 +63,8 @@ void ThreadStages::add(const SolverData& data, const Phase& phase,
   // in the time that sixteen distances take, some 20 ns
   constexpr Index kBlockCost = std::is_same_v<Constraint, NeoHookeanConstraint> ? 6
                                : std::is_same_v<Constraint, BendingConstraint>  ? 5
-                               : std::is_same_v<Constraint, StiffLinkConstraint>
+                               : std::is_same_v<Constraint, StiffLinkConstraint> ||
+                                       std::is_same_v<Constraint, MembraneConstraint>
                                    ? 4
                                    : Constraint::kVertexCount / 2;
   constexpr Index kMeetingCost = 8;

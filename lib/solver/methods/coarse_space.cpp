@@ -13,6 +13,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/solver/coarse_choice.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -34,7 +35,7 @@ struct Neighbor {
 // Tissue at rest, by places.
 struct Graph {
   std::vector<Vector3d> positions;               // m
-  std::vector<std::vector<Neighbor>> neighbors;  // along edges and links
+  std::vector<std::vector<Neighbor>> neighbors;  // along edges and links, but those to sheets
 };
 
 Graph make_graph(const SolverData& data) {
@@ -57,7 +58,7 @@ Graph make_graph(const SolverData& data) {
     }
   }
   for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
-    if (tissue.is_link_alive(l)) {
+    if (tissue.is_link_alive(l) && !leads_to_sheet(tissue, l)) {
       join(tissue.links()[l].first, tissue.links()[l].second);
     }
   }

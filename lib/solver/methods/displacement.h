@@ -196,11 +196,13 @@ template <class Scalar, int kVertexCount>
 PBDSURG_HOST_DEVICE inline void see_corners(const Vec3<Scalar> (&bases)[kVertexCount],
                                             const Vec3<Scalar> (&u)[kVertexCount],
                                             Vec3<Scalar> (&seen)[kVertexCount]) {
-  static_assert(kVertexCount == 2 || kVertexCount == 4);
+  static_assert(kVertexCount >= 2 && kVertexCount <= 4);
   seen[0] = seen_corner<0>(bases, u);
   seen[1] = seen_corner<1>(bases, u);
-  if constexpr (kVertexCount == 4) {
+  if constexpr (kVertexCount > 2) {
     seen[2] = seen_corner<2>(bases, u);
+  }
+  if constexpr (kVertexCount > 3) {
     seen[3] = seen_corner<3>(bases, u);
   }
 }

@@ -14,8 +14,8 @@
 namespace pbdsurg {
 namespace {
 
-// Pieces and, with the ids that follow, vertices without tetrahedra that links or hinges hold:
-// those of strands. Joined, and whether a part of what was joined is held.
+// Pieces and, with the ids that follow, vertices without tetrahedra that links, triangles or hinges
+// hold: those of strands and sheets. Joined, and whether a part of what was joined is held.
 class Joined {
  public:
   Joined(const Tissue& tissue, const LivePieces& pieces) : tissue_(tissue), pieces_(pieces) {
@@ -75,6 +75,12 @@ class Joined {
         visit(std::array{links[l].first, links[l].second});
       }
     }
+    const std::span<const Triangle> triangles = tissue_.triangles();
+    for (Index t = 0; t < static_cast<Index>(triangles.size()); ++t) {
+      if (tissue_.is_triangle_alive(t)) {
+        visit(triangles[t]);
+      }
+    }
     const std::span<const Hinge> hinges = tissue_.hinges();
     for (Index h = 0; h < static_cast<Index>(hinges.size()); ++h) {
       if (tissue_.is_hinge_alive(h)) {
@@ -129,7 +135,8 @@ void FreePieces::refresh(const Tissue& tissue, std::span<const Index> place_of_v
 }
 
 void FreePieces::collect(const Tissue& tissue, std::span<const Index> place_of_vertex) {
-  bool may_be_free = !tissue.links().empty();  // strands have no pieces
+  // strands and sheets have no pieces
+  bool may_be_free = !tissue.links().empty() || !tissue.triangles().empty();
   for (Index piece = 0; piece < pieces_->count() && !may_be_free; ++piece) {
     may_be_free = pieces_->tet_count(piece) > 0 && !pieces_->is_anchored(piece);
   }

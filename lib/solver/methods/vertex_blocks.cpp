@@ -40,22 +40,24 @@ auto vertices_of(std::span<const Element> elements) {
 }  // namespace
 
 VertexBlocks::Rows VertexBlocks::Rows::most(const Rows& a, const Rows& b) noexcept {
-  return {std::max(a.pulls, b.pulls), std::max(a.springs, b.springs),
+  return {std::max(a.pulls, b.pulls),     std::max(a.springs, b.springs),
           std::max(a.volumes, b.volumes), std::max(a.hinges, b.hinges),
-          std::max(a.strips, b.strips)};
+          std::max(a.strips, b.strips),   std::max(a.triangles, b.triangles)};
 }
 
 bool VertexBlocks::Rows::has_room_for(const Rows& needs) const noexcept {
   return needs.pulls <= pulls && needs.springs <= springs && needs.volumes <= volumes &&
-         needs.hinges <= hinges;
+         needs.hinges <= hinges && needs.triangles <= triangles;
 }
 
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                            std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
-                           const ColoringOptions& coloring, float unit, bool at_once)
+                           const ColoringOptions& coloring, float unit, bool at_once,
+                           std::vector<VertexTriangle> triangles)
     : tets_(std::move(tets)),
       given_(std::move(springs)),
       given_hinges_(std::move(hinges)),
+      given_triangles_(std::move(triangles)),
       at_once_(at_once),
       unit_(unit),
       is_free_(moves),
@@ -70,15 +72,23 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
     hinges_at_ = lists_at(
         vertex_count, std::span<const std::array<Index, 4>>(vertices_of(given_hinges_.values())));
   }
+  if (given_triangles_.size() > 0) {
+    triangles_at_ =
+        lists_at(vertex_count, std::span<const Triangle>(vertices_of(given_triangles_.values())));
+  }
   const auto is_positive = [](float damping) { return damping > 0; };
   const auto is_damped = [](const auto& element) { return element.damping > 0; };
-  has_damping_ = std::ranges::any_of(tets_.values(),
-                                     [&](const VertexTet& tet) {
-                                       return is_positive(tet.volume_damping) ||
-                                              std::ranges::any_of(tet.edge_damping, is_positive);
-                                     }) ||
-                 std::ranges::any_of(given_.values(), is_damped) ||
-                 std::ranges::any_of(given_hinges_.values(), is_damped);
+  has_damping_ =
+      std::ranges::any_of(tets_.values(),
+                          [&](const VertexTet& tet) {
+                            return is_positive(tet.volume_damping) ||
+                                   std::ranges::any_of(tet.edge_damping, is_positive);
+                          }) ||
+      std::ranges::any_of(given_.values(), is_damped) ||
+      std::ranges::any_of(given_hinges_.values(), is_damped) ||
+      std::ranges::any_of(given_triangles_.values(), [&](const VertexTriangle& triangle) {
+        return is_positive(triangle.edge_damping[0]);
+      });
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
   Coloring colors;
@@ -96,7 +106,8 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   }
   const auto key = [&](Index v) {
     const Rows& needs = needs_[v];
-    return std::tuple(color_of_[v], needs.volumes, needs.springs, needs.pulls, needs.hinges, v);
+    return std::tuple(color_of_[v], needs.volumes, needs.springs, needs.pulls, needs.hinges,
+                      needs.triangles, v);
   };
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   const std::span<const Index> all(order);
@@ -138,6 +149,7 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
   append(tets_.values());
   append(given_.values());
   append(given_hinges_.values());
+  append(given_triangles_.values());
   const IndexLists blocks =
       find_vertex_constraints(ConstraintVertices(free, static_cast<Index>(moves.size())));
   const ConstraintVertices vertices(blocks, free.list_count());
@@ -185,7 +197,8 @@ bool VertexBlocks::is_neighborhood_damped() const noexcept {
   const auto is_damped = [](const auto& row) { return row.damping > 0; };
   return std::ranges::any_of(neighborhood_.springs, is_damped) ||
          std::ranges::any_of(neighborhood_.volumes, is_damped) ||
-         std::ranges::any_of(neighborhood_.hinges, is_damped);
+         std::ranges::any_of(neighborhood_.hinges, is_damped) ||
+         std::ranges::any_of(neighborhood_.triangles, is_damped);
 }
 
 VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
@@ -195,14 +208,15 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
     return first;
   };
   Room room{{}, counts, room_count_++};
-  room.firsts = {add(pulls_, counts.pulls), add(springs_, counts.springs),
+  room.firsts = {add(pulls_, counts.pulls),     add(springs_, counts.springs),
                  add(volumes_, counts.volumes), add(hinges_, counts.hinges),
-                 add(strips_, counts.strips)};
+                 add(strips_, counts.strips),   add(triangles_, counts.triangles)};
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
     damped_hinges_.resize(hinges_.size());
     damped_strips_.resize(strips_.size());
+    damped_triangles_.resize(triangles_.size());
   }
   return room;
 }
@@ -222,6 +236,7 @@ void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {
   block.volumes.first = room.firsts.volumes;
   block.hinges.first = room.firsts.hinges;
   block.strips.first = room.firsts.strips;
+  block.triangles.first = room.firsts.triangles;
 }
 
 void VertexBlocks::count_rows(VertexBlock& block) noexcept {
@@ -233,6 +248,7 @@ void VertexBlocks::count_rows(VertexBlock& block) noexcept {
   block.springs.count = most.springs;
   block.volumes.count = most.volumes;
   block.hinges.count = most.hinges;
+  block.triangles.count = most.triangles;
   // a face that goes may part a strip in two, which needs more rows than there were
   const Index room = rooms_[places_[place_at(block.corners[0])].block].counts.strips;
   block.strips.count = most.strips <= room ? most.strips : 0;
@@ -251,11 +267,12 @@ void VertexBlocks::add_pull(const Pull& pull) {
 }
 
 void VertexBlocks::find_neighborhood(Index vertex) {
-  auto& [pulls, springs, volumes, hinges] = neighborhood_;
+  auto& [pulls, springs, volumes, hinges, triangles] = neighborhood_;
   pulls.clear();
   springs.clear();
   volumes.clear();
   hinges.clear();
+  triangles.clear();
   const auto is_damped = [&](const Pull& pull) { return pull.damping > 0; };
   for (const Index t : tets_at_[vertex]) {
     const VertexTet& tet = tets_[t];
@@ -294,6 +311,24 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
+  for (const Index t : triangles_at(vertex)) {
+    const VertexTriangle& triangle = given_triangles_[t];
+    if (!(triangle.stiffness > 0)) {
+      continue;
+    }
+    const auto here = std::ranges::find(triangle.vertices, vertex) - triangle.vertices.begin();
+    const auto a = static_cast<std::size_t>(here + 1) % 3,
+               b = static_cast<std::size_t>(here + 2) % 3;
+    triangles.push_back({{triangle.vertices[a], triangle.vertices[b]},
+                         {triangle.weights[b], triangle.weights[a]},
+                         triangle.stiffness,
+                         triangle.target,
+                         triangle.area_damping});
+    if (triangle.edge_damping[0] > 0) {
+      add_dashpot(triangle.vertices[a], triangle.edge_damping[b]);
+      add_dashpot(triangle.vertices[b], triangle.edge_damping[a]);
+    }
+  }
   for (const Index h : hinges_at(vertex)) {
     const VertexHinge& hinge = given_hinges_[h];
     if (!(hinge.stiffness > 0)) {
@@ -311,9 +346,22 @@ void VertexBlocks::find_neighborhood(Index vertex) {
                       hinge.damping});
   }
   find_strip();
-  needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),
-                    static_cast<Index>(volumes.size()), static_cast<Index>(hinges.size()),
-                    static_cast<Index>(strip_entries_.size())};
+  needs_[vertex] = {
+      static_cast<Index>(pulls.size()),          static_cast<Index>(springs.size()),
+      static_cast<Index>(volumes.size()),        static_cast<Index>(hinges.size()),
+      static_cast<Index>(strip_entries_.size()), static_cast<Index>(triangles.size())};
+}
+
+// Along an edge of triangles: one for each neighbour, as pulls are.
+void VertexBlocks::add_dashpot(Index neighbor, float damping) {
+  const auto known = std::ranges::find_if(neighborhood_.springs, [&](const Spring& spring) {
+    return spring.neighbor == neighbor && spring.stiffness == 0;
+  });
+  if (known == neighborhood_.springs.end()) {
+    neighborhood_.springs.push_back({neighbor, 0, 0, damping});
+  } else {
+    known->damping += damping;
+  }
 }
 
 void VertexBlocks::find_strip() {
@@ -422,6 +470,22 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.damping[lane] = hinge.damping;
     }
   }
+  for (Index i = 0; i < room.triangles; ++i) {
+    const Area area = entry(neighborhood_.triangles, i, Area{{vertex, vertex}, {0, 0}, 0, 0, 0});
+    TriangleRow& row = triangles_[block.triangles.first + i];
+    for (int k = 0; k < 2; ++k) {
+      row.neighbors[k][lane] = offset_of(area.neighbors[k]);
+      row.weights[k][lane] = area.weights[k];
+    }
+    row.stiffness[lane] = area.stiffness;
+    row.target[lane] = area.target;
+    if (has_damping_) {
+      DampedRow& damped = damped_triangles_[block.triangles.first + i];
+      damped.stiffness[lane] = area.stiffness;
+      damped.target[lane] = area.target;
+      damped.damping[lane] = area.damping;
+    }
+  }
 }
 
 void VertexBlocks::touch(std::span<const Index> vertices) {
@@ -434,7 +498,17 @@ void VertexBlocks::touch(std::span<const Index> vertices) {
 }
 
 ListPool& VertexBlocks::list(List which) noexcept {
-  return which == List::tets ? tets_at_ : which == List::springs ? springs_at_ : hinges_at_;
+  switch (which) {
+    case List::tets:
+      return tets_at_;
+    case List::springs:
+      return springs_at_;
+    case List::triangles:
+      return triangles_at_;
+    case List::hinges:
+      break;
+  }
+  return hinges_at_;
 }
 
 void VertexBlocks::change_list(List which, Index vertex, Index element, bool is_added) {
@@ -526,6 +600,14 @@ void VertexBlocks::remove_spring(Index spring) {
   set_spring(spring, {.vertices = given_[spring].vertices});
 }
 
+void VertexBlocks::set_triangle(Index triangle, const VertexTriangle& terms) {
+  set(given_triangles_, List::triangles, triangle, terms);
+}
+
+void VertexBlocks::remove_triangle(Index triangle) {
+  set_triangle(triangle, {.vertices = given_triangles_[triangle].vertices});
+}
+
 void VertexBlocks::set_hinge(Index hinge, const VertexHinge& terms) {
   set(given_hinges_, List::hinges, hinge, terms);
 }
@@ -540,6 +622,13 @@ void VertexBlocks::add_tet(const VertexTet& terms) {
 
 void VertexBlocks::add_spring(const VertexSpring& terms) {
   add(given_, List::springs, terms);
+}
+
+void VertexBlocks::add_triangle(const VertexTriangle& terms) {
+  if (given_triangles_.size() == 0) {
+    triangles_at_.resize(places_.size());
+  }
+  add(given_triangles_, List::triangles, terms);
 }
 
 void VertexBlocks::add_hinge(const VertexHinge& terms) {
@@ -581,8 +670,13 @@ void VertexBlocks::begin_edit() noexcept {
   tets_.begin_edit();
   given_.begin_edit();
   given_hinges_.begin_edit();
-  counts_before_ = {static_cast<Index>(places_.size()), tets_.size(), given_.size(),
-                    given_hinges_.size(), color_count()};
+  given_triangles_.begin_edit();
+  counts_before_ = {static_cast<Index>(places_.size()),
+                    tets_.size(),
+                    given_.size(),
+                    given_hinges_.size(),
+                    given_triangles_.size(),
+                    color_count()};
   unit_before_ = unit_;
   refreshed_.clear();
   changed_blocks_.clear();
@@ -595,12 +689,12 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
     return (... + (arrays.size() * sizeof(arrays[0])));
   };
   return tets_.memory_bytes() + given_.memory_bytes() + given_hinges_.memory_bytes() +
-         tets_at_.memory_bytes() + springs_at_.memory_bytes() + hinges_at_.memory_bytes() +
-         local_walk_.memory_bytes() +
+         given_triangles_.memory_bytes() + tets_at_.memory_bytes() + springs_at_.memory_bytes() +
+         hinges_at_.memory_bytes() + triangles_at_.memory_bytes() + local_walk_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
-               damped_volumes_, damped_hinges_, strips_, damped_strips_, rooms_, left_rooms_,
-               places_, needs_, touched_, refreshed_, changed_blocks_, list_changes_,
-               color_changes_);
+               damped_volumes_, damped_hinges_, strips_, damped_strips_, triangles_,
+               damped_triangles_, rooms_, left_rooms_, places_, needs_, touched_, refreshed_,
+               changed_blocks_, list_changes_, color_changes_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

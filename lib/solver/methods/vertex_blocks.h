@@ -45,6 +45,16 @@ struct VertexSpring {
   float limit = 0;            ///< m, > 0 with a stiffness
 };
 
+/// What a triangle of a sheet adds.
+struct VertexTriangle {
+  Triangle vertices{};
+  std::array<float, 3> weights{};       ///< N/m, of the pulls along the edges opposite these
+  float stiffness = 0;                  ///< N/m^3, >= 0, of the area; zero for none
+  float target = 0;                     ///< m^2
+  std::array<float, 3> edge_damping{};  ///< N s/m, >= 0, along the edges
+  float area_damping = 0;               ///< N s/m^3, >= 0
+};
+
 /// What a hinge adds.
 struct VertexHinge {
   std::array<Index, 4> vertices{};
@@ -53,7 +63,7 @@ struct VertexHinge {
   float damping = 0;    ///< N m s, >= 0
 };
 
-/// Free vertices in colours: no tetrahedron, no spring and no hinge that acts joins two of one
+/// Free vertices in colours: no tetrahedron, triangle, spring or hinge that acts joins two of one
 /// colour, unless all move at once.
 ///
 /// What edits bring finds its place without the rest: a new vertex gets the first colour that its
@@ -78,9 +88,11 @@ class VertexBlocks {
   /// @param coloring  of the vertices, without max_colors; repair is followed by a search for fewer
   /// @param unit      m, of fixed points
   /// @param at_once   whether all move at once, in one colour
+  /// @param triangles  [triangle_count] those without stiffness do nothing
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
-               const ColoringOptions& coloring, float unit = kUsualUnit, bool at_once = false);
+               const ColoringOptions& coloring, float unit = kUsualUnit, bool at_once = false,
+               std::vector<VertexTriangle> triangles = {});
 
   /// m, of fixed points.
   [[nodiscard]] float unit() const noexcept { return unit_; }
@@ -97,20 +109,20 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(),  pulls_.data(),  springs_.data(),
-            volumes_.data(), hinges_.data(), strips_.data()};
+    return {blocks_.data(), pulls_.data(),  springs_.data(),  volumes_.data(),
+            hinges_.data(), strips_.data(), triangles_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
-    return {blocks_.data(),        springs_.data(),        volumes_.data(),
-            hinges_.data(),        damped_springs_.data(), damped_volumes_.data(),
-            damped_hinges_.data(), strips_.data(),         damped_strips_.data()};
+    return {blocks_.data(),         springs_.data(),        volumes_.data(),         hinges_.data(),
+            damped_springs_.data(), damped_volumes_.data(), damped_hinges_.data(),   strips_.data(),
+            damped_strips_.data(),  triangles_.data(),      damped_triangles_.data()};
   }
 
   /// The rows that are a block's, in use or not: it keeps them where edits give it another index,
   /// and its lanes in use have all of them, padded.
   struct BlockRoom {
-    Index number;  ///< below room_count()
-    RowRange pulls, springs, volumes, hinges;
+    Index number;                              ///< below room_count()
+    RowRange pulls, springs, volumes, hinges;  ///< no device has triangles
   };
   [[nodiscard]] PBDSURG_API BlockRoom room_of(Index block) const noexcept;
   [[nodiscard]] Index room_count() const noexcept { return room_count_; }
@@ -130,10 +142,11 @@ class VertexBlocks {
     std::span<const HingeRow> hinges;
     std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges;  ///< or empty
     std::span<const StripRow> strips;
+    std::span<const TriangleRow> triangles;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
     return {blocks_,         pulls_,          springs_,       volumes_, hinges_,
-            damped_springs_, damped_volumes_, damped_hinges_, strips_};
+            damped_springs_, damped_volumes_, damped_hinges_, strips_,  triangles_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -163,6 +176,8 @@ class VertexBlocks {
   void set_spring_rest(Index spring, float rest);
   void set_limit(Index spring, float stiffness, float limit);
   void remove_spring(Index spring);
+  void set_triangle(Index triangle, const VertexTriangle& terms);
+  void remove_triangle(Index triangle);
   void set_hinge(Index hinge, const VertexHinge& terms);
   void remove_hinge(Index hinge);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
@@ -174,12 +189,16 @@ class VertexBlocks {
   void set_free(Index vertex);
   void add_tet(const VertexTet& terms);
   void add_spring(const VertexSpring& terms);
+  void add_triangle(const VertexTriangle& terms);
   void add_hinge(const VertexHinge& terms);
 
   // Those that a vertex has or had, ascending.
   [[nodiscard]] std::span<const Index> tets_at(Index vertex) const { return tets_at_[vertex]; }
   [[nodiscard]] std::span<const Index> springs_at(Index vertex) const {
     return springs_at_[vertex];
+  }
+  [[nodiscard]] std::span<const Index> triangles_at(Index vertex) const {
+    return given_triangles_.size() == 0 ? std::span<const Index>() : triangles_at_[vertex];
   }
   [[nodiscard]] std::span<const Index> hinges_at(Index vertex) const {
     return given_hinges_.size() == 0 ? std::span<const Index>() : hinges_at_[vertex];
@@ -188,6 +207,9 @@ class VertexBlocks {
   /// What is removed has no terms.
   [[nodiscard]] std::span<const VertexTet> tets() const noexcept { return tets_.values(); }
   [[nodiscard]] std::span<const VertexSpring> springs() const noexcept { return given_.values(); }
+  [[nodiscard]] std::span<const VertexTriangle> triangles() const noexcept {
+    return given_triangles_.values();
+  }
   [[nodiscard]] std::span<const VertexHinge> hinges() const noexcept {
     return given_hinges_.values();
   }
@@ -239,14 +261,20 @@ class VertexBlocks {
     bool is_opposite;
     float stiffness, rest, damping;
   };
+  struct Area {
+    std::array<Index, 2> neighbors;
+    std::array<float, 2> weights;
+    float stiffness, target, damping;
+  };
   struct Neighborhood {
     std::vector<Pull> pulls;
     std::vector<Spring> springs;
     std::vector<Volume> volumes;
     std::vector<Bend> hinges;
+    std::vector<Area> triangles;
   };
   struct Rows {
-    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0;
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0;
 
     [[nodiscard]] static Rows most(const Rows& a, const Rows& b) noexcept;
     /// Strips do without.
@@ -257,7 +285,7 @@ class VertexBlocks {
     Rows firsts, counts;
     Index number;
   };
-  enum class List : std::uint8_t { tets, springs, hinges };
+  enum class List : std::uint8_t { tets, springs, hinges, triangles };
   struct ListChange {
     List list;
     bool is_added;
@@ -267,7 +295,7 @@ class VertexBlocks {
     Index vertex, before;
   };
   struct Counts {
-    Index vertices = 0, tets = 0, springs = 0, hinges = 0, colors = 0;
+    Index vertices = 0, tets = 0, springs = 0, hinges = 0, triangles = 0, colors = 0;
   };
 
   [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
@@ -285,6 +313,7 @@ class VertexBlocks {
   void add(UndoArray<Element>& elements, List which, const Element& terms);
   void note_conflicts(std::span<const Index> vertices);
   void add_pull(const Pull& pull);
+  void add_dashpot(Index neighbor, float damping);
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
@@ -311,11 +340,13 @@ class VertexBlocks {
   void move_block(Index color, Index from, Index to) noexcept;
 
   // What is removed keeps its vertices and has no terms any more.
-  UndoArray<VertexTet> tets_;            // [tet_count]
-  UndoArray<VertexSpring> given_;        // [spring_count]
-  UndoArray<VertexHinge> given_hinges_;  // [hinge_count]
-  ListPool tets_at_, springs_at_;        // [vertex_count] all that there ever were
-  ListPool hinges_at_;                   // likewise; no lists if there is no hinge
+  UndoArray<VertexTet> tets_;                  // [tet_count]
+  UndoArray<VertexSpring> given_;              // [spring_count]
+  UndoArray<VertexHinge> given_hinges_;        // [hinge_count]
+  UndoArray<VertexTriangle> given_triangles_;  // [triangle_count]
+  ListPool tets_at_, springs_at_;              // [vertex_count] all that there ever were
+  ListPool hinges_at_;                         // likewise; no lists if there is no hinge
+  ListPool triangles_at_;                      // likewise
   bool has_damping_ = false;
   bool at_once_ = false;
   float unit_ = kUsualUnit;
@@ -333,6 +364,8 @@ class VertexBlocks {
   std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
   std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
+  std::vector<TriangleRow> triangles_;
+  std::vector<DampedRow> damped_triangles_;  // [triangles_.size()] if there is damping
   std::vector<StripRow> strips_;
   std::vector<DampedRow> damped_strips_;  // [strips_.size()] likewise
   std::vector<Room> rooms_;               // [block]

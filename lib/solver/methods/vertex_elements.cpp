@@ -9,6 +9,7 @@
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/tissue/tissue_change.h"
 
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -20,6 +21,10 @@ namespace {
 // parameters were mu. A lattice of cubes is not that isotropic: up to a third more along its axes,
 // and less in shear.
 constexpr double kEdgeDampingShare = 2.5;
+
+// Likewise c = this share of mu t A0 / l^2 along the edges of equilateral triangles, of a sheet as
+// thick as t.
+constexpr double kSheetDampingShare = 8.0 / 3;
 
 struct Moduli {
   double mu, lambda;  // Pa, as NeoHookeanTerms takes them
@@ -100,6 +105,13 @@ VertexSpring spring_of(const SolverData& data, Index distance, const Edge& ends)
     spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
   }
   return spring;
+}
+
+// m, at rest
+double longest_side(const Tissue& tissue, Index triangle) {
+  const std::span<const Eigen::Vector3d> x = tissue.rest_positions();
+  const auto& [a, b, c] = tissue.triangles()[triangle];
+  return std::max({(x[a] - x[b]).norm(), (x[b] - x[c]).norm(), (x[c] - x[a]).norm()});
 }
 
 // Neighbours may be apart by so many of the longest edges or links, along each axis: beyond, fixed
@@ -186,6 +198,33 @@ VertexSpring link_spring(const SolverData& data, const Tissue& tissue, Index lin
   return spring;
 }
 
+VertexTriangle vertex_triangle(const SolverData& data, const Tissue& tissue, Index id) {
+  VertexTriangle triangle{.vertices = data.places_of(tissue.triangles()[id])};
+  const auto& membranes = data.sets.of<MembraneConstraint>();
+  if (!membranes.is_alive(id)) {
+    return triangle;
+  }
+  const auto record = membranes.record(id);
+  const Eigen::Matrix2d sides = rest_sides(record);
+  const Vec3<double> x[3] = {{}, {sides(0, 0), sides(1, 0), 0}, {sides(0, 1), sides(1, 1), 0}};
+  const double area = rest_area(record);
+  const double mu = record.parameters[MembraneConstraint::kStiffness] / area;
+  const double lambda = mu * record.parameters[MembraneConstraint::kRatio];
+  const auto terms = MembraneTerms<double>::at_rest(x, mu, lambda);
+  const double damping = record.parameters[MembraneConstraint::kDamping];
+  triangle.stiffness = static_cast<float>(terms.stiffness);
+  triangle.target = static_cast<float>(terms.target);
+  triangle.area_damping =
+      static_cast<float>(damping * std::max(0.0, 1 - 2 * mu / lambda) * terms.stiffness);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3<double> side = x[(i + 2) % 3] - x[(i + 1) % 3];
+    triangle.weights[i] = static_cast<float>(terms.weights[i]);
+    triangle.edge_damping[i] =
+        static_cast<float>(kSheetDampingShare * damping * mu * area / dot(side, side));
+  }
+  return triangle;
+}
+
 VertexHinge vertex_hinge(const SolverData& data, const Tissue& tissue, Index id) {
   VertexHinge hinge{.vertices = data.places_of(tissue.hinges()[id].vertices)};
   const auto& bendings = data.sets.of<BendingConstraint>();
@@ -214,6 +253,9 @@ float choose_unit(const Tissue& tissue, std::span<const VertexTet> tets,
     const Link& link = tissue.links()[l];
     longest =
         std::max(longest, tissue.is_link_alive(l) ? (x[link.first] - x[link.second]).norm() : 0);
+  }
+  for (Index t = 0; t < static_cast<Index>(tissue.triangles().size()); ++t) {
+    longest = std::max(longest, tissue.is_triangle_alive(t) ? longest_side(tissue, t) : 0);
   }
   for (const VertexSpring& spring : springs) {
     longest = std::max(longest, static_cast<double>(spring.rest));
@@ -244,6 +286,9 @@ float wide_enough(float unit, const Tissue& tissue, const TissueChange& change,
   for (auto l = static_cast<std::size_t>(change.first_new_link); l < tissue.links().size(); ++l) {
     const Link& link = tissue.links()[l];
     longest = std::max(longest, (x[link.first] - x[link.second]).norm());
+  }
+  for (auto t = change.first_new_triangle; t < static_cast<Index>(tissue.triangles().size()); ++t) {
+    longest = std::max(longest, longest_side(tissue, t));
   }
   for (const VertexSpring& spring : springs) {
     longest = std::max(longest, double{spring.rest});

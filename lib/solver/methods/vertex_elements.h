@@ -25,16 +25,18 @@ class SolverData;
 /// One that has another volume at rest, m^3.
 [[nodiscard]] VertexTet resized(VertexTet tet, const Material& material, float rest_volume);
 
-/// As the constraints of an edge, a link, a hinge have it; nothing if they are gone.
+/// As the constraints of an edge, a link, a triangle, a hinge have it; nothing if they are gone.
 [[nodiscard]] VertexSpring edge_spring(const SolverData& data, const Tissue& tissue, Index edge);
 [[nodiscard]] VertexSpring link_spring(const SolverData& data, const Tissue& tissue, Index link);
+[[nodiscard]] VertexTriangle vertex_triangle(const SolverData& data, const Tissue& tissue,
+                                             Index triangle);
 [[nodiscard]] VertexHinge vertex_hinge(const SolverData& data, const Tissue& tissue, Index hinge);
 
 /// m, about that of a tetrahedron of such a volume.
 [[nodiscard]] double edge_of_volume(double volume);
 
-/// m, of fixed points: a power of two such that neighbours may be apart by 128 of the longest edges
-/// or links along each axis.
+/// m, of fixed points: a power of two such that neighbours may be apart by 128 of the longest
+/// edges, of triangles, too, or links along each axis.
 [[nodiscard]] float choose_unit(const Tissue& tissue, std::span<const VertexTet> tets,
                                 std::span<const VertexSpring> springs);
 

@@ -90,6 +90,11 @@ void VertexFollower::remove(const TissueChange& change) {
   for (const Index link : change.removed_links) {
     remove_spring(data_.sets.distance_ids.of_link(link));
   }
+  for (const Index triangle : change.removed_triangles) {
+    if (is_known(triangle, blocks.triangles())) {
+      blocks.remove_triangle(triangle);
+    }
+  }
   for (const Index hinge : change.removed_hinges) {
     if (is_known(hinge, blocks.hinges())) {
       blocks.remove_hinge(hinge);
@@ -137,6 +142,9 @@ bool VertexFollower::grow(const Tissue& tissue, const TissueChange& change) {
     blocks.set_spring(data_.sets.distance_ids.of_link(move.link),
                       link_spring(data_, tissue, move.link));
   }
+  for (const TriangleMove& move : change.edit.triangle_moves) {
+    blocks.set_triangle(move.triangle, vertex_triangle(data_, tissue, move.triangle));
+  }
   for (const Index hinge : change.moved_hinges) {
     blocks.set_hinge(hinge, vertex_hinge(data_, tissue, hinge));
   }
@@ -166,6 +174,12 @@ bool VertexFollower::grow(const Tissue& tissue, const TissueChange& change) {
   for (const VertexSpring& spring : springs) {
     blocks.add_spring(spring);
   }
+  std::vector<VertexTriangle> triangles;
+  for (Index t = change.first_new_triangle; t < static_cast<Index>(tissue.triangles().size());
+       ++t) {
+    triangles.push_back(vertex_triangle(data_, tissue, t));
+    blocks.add_triangle(triangles.back());
+  }
   for (Index h = change.first_new_hinge; h < static_cast<Index>(tissue.hinges().size()); ++h) {
     blocks.add_hinge(vertex_hinge(data_, tissue, h));
   }
@@ -176,6 +190,7 @@ bool VertexFollower::grow(const Tissue& tissue, const TissueChange& change) {
   };
   free_ends(tets);
   free_ends(springs);
+  free_ends(triangles);
   blocks.set_unit(wide_enough(blocks.unit(), tissue, change, tets, springs));
   return true;
 }

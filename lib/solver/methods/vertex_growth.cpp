@@ -14,7 +14,7 @@ namespace {
 // What a new block has room for beyond its first vertex, of kinds that there are: others of a cut,
 // and later cuts.
 constexpr Index kSparePulls = 4, kSpareSprings = 4, kSpareVolumes = 8, kSpareHinges = 2,
-                kSpareStrips = 12;
+                kSpareStrips = 12, kSpareTriangles = 4;
 
 // Of a walk for those without a colour: neighbours that it may look at, for each vertex whose rows
 // an edit changes, and in all. Most take some hundred; the most take as long as an edit.
@@ -34,6 +34,10 @@ bool has_terms(const VertexTet& tet) {
 
 bool has_terms(const VertexSpring& spring) {
   return spring.stiffness > 0 || spring.damping > 0 || spring.limit_stiffness > 0;
+}
+
+bool has_terms(const VertexTriangle& triangle) {
+  return triangle.stiffness > 0;
 }
 
 bool has_terms(const VertexHinge& hinge) {
@@ -67,6 +71,9 @@ void VertexBlocks::add_vertices(Index count) {
   springs_at_.resize(size);
   if (given_hinges_.size() > 0) {
     hinges_at_.resize(size);
+  }
+  if (given_triangles_.size() > 0) {
+    triangles_at_.resize(size);
   }
 }
 
@@ -128,6 +135,7 @@ void VertexBlocks::find_neighbors(Index vertex) {
   visit(tets_, tets_at(vertex));
   visit(given_, springs_at(vertex));
   visit(given_hinges_, hinges_at(vertex));
+  visit(given_triangles_, triangles_at(vertex));
   is_near_[vertex] = false;
   for (const Index v : near_) {
     is_near_[v] = false;
@@ -300,11 +308,13 @@ void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noe
   copy_lanes(volumes_, firsts.volumes, counts.volumes, from, to);
   copy_lanes(hinges_, firsts.hinges, counts.hinges, from, to);
   copy_lanes(strips_, firsts.strips, counts.strips, from, to);
+  copy_lanes(triangles_, firsts.triangles, counts.triangles, from, to);
   if (has_damping_) {
     copy_lanes(damped_springs_, firsts.springs, counts.springs, from, to);
     copy_lanes(damped_volumes_, firsts.volumes, counts.volumes, from, to);
     copy_lanes(damped_hinges_, firsts.hinges, counts.hinges, from, to);
     copy_lanes(damped_strips_, firsts.strips, counts.strips, from, to);
+    copy_lanes(damped_triangles_, firsts.triangles, counts.triangles, from, to);
   }
 }
 
@@ -332,7 +342,8 @@ Index VertexBlocks::add_block(Index color, const Rows& needs) {
     room = make_room(
         {with(needs.pulls, pulls_, kSparePulls), with(needs.springs, springs_, kSpareSprings),
          with(needs.volumes, volumes_, kSpareVolumes), with(needs.hinges, hinges_, kSpareHinges),
-         with(needs.strips, strips_, kSpareStrips)});
+         with(needs.strips, strips_, kSpareStrips),
+         with(needs.triangles, triangles_, kSpareTriangles)});
   }
   Index gap = block_count();
   blocks_.emplace_back();
@@ -392,6 +403,8 @@ void VertexBlocks::move_block(Index color, Index from, Index to) noexcept {
 
 void VertexBlocks::undo() {
   const bool had_hinges = counts_before_.hinges > 0, has_hinges = given_hinges_.size() > 0;
+  const bool had_triangles = counts_before_.triangles > 0;
+  const bool has_triangles = given_triangles_.size() > 0;
   unit_ = unit_before_;
   refreshed_.clear();
   changed_blocks_.clear();
@@ -418,6 +431,7 @@ void VertexBlocks::undo() {
   touch_new(tets_, counts_before_.tets);
   touch_new(given_, counts_before_.springs);
   touch_new(given_hinges_, counts_before_.hinges);
+  touch_new(given_triangles_, counts_before_.triangles);
   const auto undo_set = [&](auto& elements) {
     elements.undo([&](Index id) { touch(elements[id].vertices); });
   };
@@ -430,6 +444,7 @@ void VertexBlocks::undo() {
   undo_set(tets_);
   undo_set(given_);
   undo_set(given_hinges_);
+  undo_set(given_triangles_);
 
   const auto count = static_cast<std::size_t>(counts_before_.vertices);
   for (auto v = counts_before_.vertices; v < static_cast<Index>(places_.size()); ++v) {
@@ -437,6 +452,9 @@ void VertexBlocks::undo() {
     springs_at_.clear(v);
     if (has_hinges) {
       hinges_at_.clear(v);
+    }
+    if (has_triangles) {
+      triangles_at_.clear(v);
     }
   }
   const auto is_gone = [&](Index v) { return v >= counts_before_.vertices; };
@@ -453,6 +471,11 @@ void VertexBlocks::undo() {
     hinges_at_.resize(count);
   } else {
     hinges_at_ = {};
+  }
+  if (had_triangles) {
+    triangles_at_.resize(count);
+  } else {
+    triangles_at_ = {};
   }
 }
 

@@ -79,6 +79,13 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
       energy.add_hinge(access.load(hinges[i].stiffness), access.load(hinges[i].rest), hinge.x,
                        is_opposite);
     }
+    const TriangleRow* const triangles = rows.triangles + block.triangles.first;
+    for (Index i = part.first; i < block.triangles.count; i += part.stride) {
+      energy.add_triangle(
+          access.load(triangles[i].weights[0]), access.load(triangles[i].weights[1]),
+          access.load(triangles[i].stiffness), access.load(triangles[i].target),
+          access.position(triangles[i].neighbors[0]), access.position(triangles[i].neighbors[1]));
+    }
   }
 }
 
@@ -190,6 +197,12 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
     const Vec3<Scalar> face =
         cross(access.position(row.face[1]) - a, access.position(row.face[2]) - a);
     set(rows.damped_volumes[i], dot(a - x, face), row.stiffness, row.target);
+  }
+  for (Index i = block.triangles.first; i < block.triangles.first + block.triangles.count; ++i) {
+    TriangleRow& row = rows.triangles[i];
+    const AreaPull<Scalar> start(access.position(row.neighbors[0]) - x,
+                                 access.position(row.neighbors[1]) - x);
+    set(rows.damped_triangles[i], start.area, row.stiffness, row.target);
   }
   for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
     HingeRow& row = rows.hinges[i];

@@ -20,6 +20,7 @@
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -57,6 +58,11 @@ std::optional<std::string> problem_of(std::span<const Body> bodies, const Solver
       return "body '" + body.name + "': damping is " + describe(material.damping) +
              " s; explicit steps have no inner friction: 0";
     }
+    if (is_explicit(options) && is_sheet(body)) {
+      return "body '" + body.name +
+             "' is a sheet, whose frequencies explicit steps do not know: vertex blocks and "
+             "projections take it";
+    }
     if (body.tet_count == 0 || material.model != ElasticModel::springs) {
       continue;
     }
@@ -78,6 +84,7 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
     rows.volumes = scratch.volumes.data();
     rows.hinges = scratch.hinges.data();
     rows.strips = scratch.strips.data();
+    rows.triangles = scratch.triangles.data();
   }
   return rows;
 }
@@ -127,13 +134,18 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
   for (Index h = 0; h < static_cast<Index>(tissue.hinges().size()); ++h) {
     hinges.push_back(vertex_hinge(data, tissue, h));
   }
+  std::vector<VertexTriangle> triangles;
+  for (Index t = 0; t < static_cast<Index>(tissue.triangles().size()); ++t) {
+    triangles.push_back(vertex_triangle(data, tissue, t));
+  }
   const float unit = choose_unit(tissue, tets, springs);
   std::vector<bool> moves;
   for (const Particle& p : data.particles) {
     moves.push_back(p.w > 0);
   }
   VertexBlocks blocks(moves, std::move(tets), std::move(springs), std::move(hinges),
-                      vertex_coloring(data.options), unit, is_explicit(data.options));
+                      vertex_coloring(data.options), unit, is_explicit(data.options),
+                      std::move(triangles));
   blocks.reserve(data.options.spare);
   return blocks;
 }

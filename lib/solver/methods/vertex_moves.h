@@ -63,6 +63,16 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
                        RowHinge<float>({}, a, b, c, is_opposite).x, is_opposite);
     }
   }
+  const TriangleRow* const triangles = rows.triangles + block.triangles.first;
+  for (Index i = 0; i < block.triangles.count; ++i) {
+    const Vec3<float> a = access.position(triangles[i].neighbors[0]);
+    const Vec3<float> b = access.position(triangles[i].neighbors[1]);
+    if (is_finite_way(a) && is_finite_way(b)) {
+      energy.add_triangle(access.load(triangles[i].weights[0]),
+                          access.load(triangles[i].weights[1]), access.load(triangles[i].stiffness),
+                          access.load(triangles[i].target), a, b);
+    }
+  }
 }
 
 /// Where a vertex is: the sum of both would round.

@@ -46,6 +46,14 @@ struct alignas(64) HingeRow {
   float is_opposite[kBlockLanes];  ///< 1 or 0
 };
 
+/// A triangle of a sheet.
+struct alignas(64) TriangleRow {
+  ParticleOffset neighbors[2][kBlockLanes];
+  float weights[2][kBlockLanes];  ///< N/m, of the pulls towards these
+  float stiffness[kBlockLanes];   ///< N/m^3
+  float target[kBlockLanes];      ///< m^2
+};
+
 /// A step along a strip of the faces opposite a vertex, for kernels on registers: after corners a,
 /// b and c comes d, and the next face is a, c, d or, where the strip turns, c, b, d. So a face
 /// takes one corner to gather in place of three, and its pulls none.
@@ -76,7 +84,8 @@ struct alignas(64) VertexBlock {
   Index lane_count;
   bool is_damped;  ///< whether some row is
   RowRange pulls, springs, volumes, hinges;
-  RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
+  RowRange strips;     ///< that say the same as pulls and volumes; none where they lack the room
+  RowRange triangles;  ///< of sheets
 };
 
 /// All of them.
@@ -87,6 +96,7 @@ struct VertexRows {
   const VolumeRow* volumes;
   const HingeRow* hinges;
   const StripRow* strips = nullptr;
+  const TriangleRow* triangles = nullptr;
 };
 
 /// Those that damping changes.
@@ -100,6 +110,8 @@ struct DampedRows {
   const DampedRow* damped_hinges;   ///< [hinges]
   StripRow* strips = nullptr;
   const DampedRow* damped_strips = nullptr;  ///< [strips]
+  TriangleRow* triangles = nullptr;
+  const DampedRow* damped_triangles = nullptr;  ///< [triangles]
 };
 
 /// One bit a lane of a block, the first lane's the lowest.

@@ -87,6 +87,7 @@ struct PBDSURG_API StepScratch {
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;
   std::vector<StripRow> strips;
+  std::vector<TriangleRow> triangles;
 
   /// Makes room for a step of any copy, before it begins, and finds the ends of stiff links and the
   /// vertices of custom constraints. Cost: O(groups), and O(blocks) with such vertices, where no

@@ -62,7 +62,7 @@ Index group_by_color(PhaseKind kind, std::span<const ConstraintRecord<Constraint
 }
 
 // Constraints of those elements that have numbers for them.
-// @param elements    [count] edges, tetrahedra or hinges
+// @param elements    [count] edges, tetrahedra, triangles or hinges
 // @param numbers_of  std::optional<Numbers<Constraint>>(element)
 template <class Constraint, class Element, class NumbersOf>
 ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Element>& elements,
@@ -77,6 +77,8 @@ ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Elemen
         records[i] = {data.places_of(tissue.edges()[i]), *numbers};
       } else if constexpr (KindOf<Constraint>::kElement == pbdsurg::Element::hinge) {
         records[i] = {data.places_of(tissue.hinges()[i].vertices), *numbers};
+      } else if constexpr (KindOf<Constraint>::kElement == pbdsurg::Element::triangle) {
+        records[i] = {data.places_of(tissue.triangles()[i]), *numbers};
       } else {
         static_assert(KindOf<Constraint>::kElement == pbdsurg::Element::tet);
         records[i] = {data.places_of(tissue.tets()[i]), *numbers};
@@ -182,6 +184,11 @@ void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
   data.sets.of<StrainLimitConstraint>() =
       build_slots<StrainLimitConstraint>(PhaseKind::strain_limit, numbers.edges, domains, data,
                                          [](const EdgeNumbers& edge) { return edge.limit; });
+  if (!numbers.triangles.empty()) {
+    data.sets.of<MembraneConstraint>() =
+        build_slots<MembraneConstraint>(PhaseKind::membrane, numbers.triangles, domains, data,
+                                        [](const TriangleNumbers& triangle) { return triangle; });
+  }
   if (!numbers.hinges.empty()) {
     data.sets.of<BendingConstraint>() =
         build_slots<BendingConstraint>(PhaseKind::bending, numbers.hinges, domains, data,

@@ -70,7 +70,13 @@ class ConstraintSets::Edit {
     }
     const auto first_parent = static_cast<std::size_t>(change_.first_removed_parent);
     remove_tets(0, first_parent, true);
+    for (const Index triangle : change_.removed_triangles) {
+      remove<MembraneConstraint>(triangle);
+    }
     move_corners();
+    for (const TriangleMove& move : change_.edit.triangle_moves) {
+      set_places<MembraneConstraint>(move.triangle, tissue_.triangles()[move.triangle]);
+    }
     replace_parents(first_parent);
     std::ranges::for_each(links.subspan(asked_links), [&](Index l) { remove_link(l); });
     for (const Index hinge : change_.removed_hinges) {
@@ -412,6 +418,12 @@ class ConstraintSets::Edit {
         limits.push_back({id, vertices, {places, *numbers.edges[i].limit}});
       }
     }
+    std::vector<NewConstraint<MembraneConstraint>> membranes;
+    for (std::size_t i = 0; i < numbers.triangles.size(); ++i) {
+      const Index id = change_.first_new_triangle + static_cast<Index>(i);
+      const Triangle& vertices = tissue_.triangles()[id];
+      membranes.push_back({id, vertices, {state_.places_of(vertices), *numbers.triangles[i]}});
+    }
     std::vector<NewConstraint<BendingConstraint>> bendings;
     for (std::size_t i = 0; i < numbers.hinges.size(); ++i) {
       const Index id = change_.first_new_hinge + static_cast<Index>(i);
@@ -423,6 +435,7 @@ class ConstraintSets::Edit {
     add_apart(std::move(neo_hookeans));
     add_apart(std::move(limits));
     add_apart(std::move(bendings));
+    add_apart(std::move(membranes));
   }
 
   // Adds constraints of vertices that have none yet: coloured by themselves, as those of a scene.

@@ -9,6 +9,7 @@
 
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/stiff_link.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -26,6 +27,7 @@ enum class Element : std::uint8_t {
   edge,
   link,
   tet,
+  triangle,
   hinge,
 };
 
@@ -64,6 +66,15 @@ struct KindOf<NeoHookeanConstraint> {
   static constexpr bool kIsOfVertexBlocks = false;
 };
 template <>
+struct KindOf<MembraneConstraint> {
+  static constexpr PhaseKind kPhase = PhaseKind::membrane;
+  static constexpr Element kElement = Element::triangle;
+  static constexpr bool kHasFraction = false;
+  static constexpr bool kHasCompliance = true;
+  static constexpr bool kIsMeasured = false;
+  static constexpr bool kIsOfVertexBlocks = false;
+};
+template <>
 struct KindOf<StrainLimitConstraint> {
   static constexpr PhaseKind kPhase = PhaseKind::strain_limit;
   static constexpr Element kElement = Element::edge;
@@ -98,8 +109,9 @@ inline constexpr bool kRemembers =
 
 /// In the order in which edits change them.
 template <template <class...> class List>
-using ForAllConstraints = List<DistanceConstraint, VolumeConstraint, NeoHookeanConstraint,
-                               StrainLimitConstraint, BendingConstraint, StiffLinkConstraint>;
+using ForAllConstraints =
+    List<DistanceConstraint, VolumeConstraint, NeoHookeanConstraint, StrainLimitConstraint,
+         BendingConstraint, StiffLinkConstraint, MembraneConstraint>;
 
 template <class... Constraints>
 struct KindsAfterVertices {

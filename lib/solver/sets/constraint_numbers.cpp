@@ -9,7 +9,9 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/solver/sets/edge_owners.h"
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -95,6 +97,13 @@ ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edge
           tet_numbers(scene.positions(), scene.tets()[t], body, scene.stiffnesses()[t], mode));
     }
   }
+  for (const Body& body : scene.bodies()) {
+    for (const Triangle& triangle :
+         scene.triangles().subspan(body.first_triangle, body.triangle_count)) {
+      numbers.triangles.emplace_back(
+          make_membrane(scene.positions(), triangle, {}, body).parameters);
+    }
+  }
   for (const Hinge& hinge : scene.hinges()) {
     numbers.hinges.emplace_back(
         hinge_numbers(scene.positions(), hinge, material_of(scene.bodies(), hinge.vertices[0])));
@@ -121,6 +130,14 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
                       tissue.stiffness(t), mode);
     }
   }
+  numbers.triangles.resize(tissue.triangles().size());
+  for (Index t = 0; t < static_cast<Index>(numbers.triangles.size()); ++t) {
+    if (tissue.is_triangle_alive(t)) {
+      numbers.triangles[t] = make_membrane(positions, tissue.triangles()[t], {},
+                                           tissue.bodies()[tissue.body_of_triangle(t)])
+                                 .parameters;
+    }
+  }
   numbers.hinges.resize(tissue.hinges().size());
   for (Index h = 0; h < static_cast<Index>(numbers.hinges.size()); ++h) {
     if (tissue.is_hinge_alive(h)) {
@@ -134,12 +151,21 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
 
 void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
   for (const Body& body : bodies) {
-    if (body.tet_count > 0 && body.material.model == ElasticModel::neo_hookean &&
-        mode == ProjectionMode::fraction) {
-      throw InvalidArgument("body '" + body.name +
-                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
+    if ((body.tet_count > 0 || is_sheet(body)) &&
+        body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
+      throw InvalidArgument("body '" + body.name + "' is " +
+                            (is_sheet(body) ? "a sheet" : "Neo-Hookean") +
+                            ", which has moduli and no fraction: such bodies need "
                             "the compliance mode");
     }
+  }
+}
+
+void check_sheets(std::span<const Body> bodies, const Executor& executor) {
+  const auto sheet = std::ranges::find_if(bodies, is_sheet);
+  if (sheet != bodies.end() && executor && executor.kind() == ExecutorKind::device) {
+    throw InvalidArgument("body '" + sheet->name + "' is a sheet, which " + executor.name() +
+                          " cannot step; processors can");
   }
 }
 

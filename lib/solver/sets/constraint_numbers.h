@@ -9,8 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/executor.h"
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/stiff_link.h"
@@ -36,6 +38,9 @@ struct TetNumbers {
   std::optional<Numbers<NeoHookeanConstraint>> neo_hookean;
 };
 
+/// Of a triangle of a sheet, where it is alive.
+using TriangleNumbers = std::optional<Numbers<MembraneConstraint>>;
+
 /// Of a hinge, where it is alive.
 using HingeNumbers = std::optional<Numbers<BendingConstraint>>;
 
@@ -46,6 +51,7 @@ using StiffLinkNumbers = std::optional<Numbers<StiffLinkConstraint>>;
 struct ConstraintNumbers {
   std::vector<EdgeNumbers> edges;             ///< [edge_count]
   std::vector<TetNumbers> tets;               ///< [tet_count]
+  std::vector<TriangleNumbers> triangles;     ///< [triangle_count]
   std::vector<HingeNumbers> hinges;           ///< [hinge_count]
   std::vector<StiffLinkNumbers> stiff_links;  ///< [link_count] see stiff_links.h
 };
@@ -58,8 +64,11 @@ struct ConstraintNumbers {
 /// The same of a tissue, where what is dead has no constraints.
 [[nodiscard]] ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode);
 
-/// @throws InvalidArgument  naming the Neo-Hookean body in fraction mode
+/// @throws InvalidArgument  naming the Neo-Hookean body or the sheet in fraction mode
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
+
+/// @throws InvalidArgument  naming the sheet, if a device is to step it
+void check_sheets(std::span<const Body> bodies, const Executor& executor);
 
 /// @throws InvalidArgument  if there are any in fraction mode
 void check_hinges(std::size_t count, ProjectionMode mode);

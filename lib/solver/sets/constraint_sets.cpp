@@ -74,6 +74,12 @@ TetNumbers ConstraintData::numbers_of_tet(Index tet) const {
   return numbers;
 }
 
+TriangleNumbers ConstraintData::numbers_of_triangle(Index triangle) const {
+  const auto& membranes = of<MembraneConstraint>();
+  return membranes.is_alive(triangle) ? TriangleNumbers(membranes.record(triangle).parameters)
+                                      : std::nullopt;
+}
+
 HingeNumbers ConstraintData::numbers_of_hinge(Index hinge) const {
   const auto& bendings = of<BendingConstraint>();
   return bendings.is_alive(hinge) ? HingeNumbers(bendings.record(hinge).parameters) : std::nullopt;
@@ -103,7 +109,12 @@ void ConstraintSets::reserve(const SpareRoom& spare) {
       case Element::tet:
         reserve_groups<Constraint>(*this, tets);
         break;
-      case Element::hinge:  // come with bodies alone
+      case Element::triangle:  // come with bodies alone, as the next
+        if (set.group_count() > 0) {
+          set.reserve(tets, {});
+        }
+        break;
+      case Element::hinge:
         if (set.group_count() > 0) {
           set.reserve(kHingesOfTet * tets, {});
         }
@@ -138,6 +149,7 @@ void ConstraintSets::validate(const Tissue& tissue, const TopologyEdit& edit) co
                            [&](Index edge) { return tissue.edge_tets()[edge]; });
   }
   check_materials(edit.new_bodies.bodies(), state_.options.mode);
+  check_sheets(edit.new_bodies.bodies(), state_.options.executor);
   check_hinges(edit.new_bodies.hinges().size(), state_.options.mode);
 }
 

@@ -100,6 +100,7 @@ struct ConstraintData : ForAllConstraints<ConstraintStore> {
   /// As they are now.
   [[nodiscard]] EdgeNumbers numbers_of_edge(Index edge) const;
   [[nodiscard]] TetNumbers numbers_of_tet(Index tet) const;
+  [[nodiscard]] TriangleNumbers numbers_of_triangle(Index triangle) const;
   [[nodiscard]] HingeNumbers numbers_of_hinge(Index hinge) const;
   [[nodiscard]] StiffLinkNumbers numbers_of_link(Index link) const;
 };

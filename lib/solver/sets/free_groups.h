@@ -33,6 +33,7 @@ class FreeGroups {
         change_(change),
         gone_tets_(scratch),
         gone_links_(scratch),
+        gone_triangles_(scratch),
         gone_hinges_(scratch),
         is_taken_(is_taken),
         opened_(opened) {}
@@ -73,7 +74,7 @@ class FreeGroups {
   }
 
  private:
-  // Tetrahedra, links or hinges at vertices that an edit removed them from.
+  // Tetrahedra, links, triangles or hinges at vertices that an edit removed them from.
   using GoneAtVertices = std::pmr::vector<std::pair<Index, Index>>;  // ascending
 
   // What the edit took from the tissue may still have its constraints.
@@ -88,12 +89,18 @@ class FreeGroups {
       gone_links_.emplace_back(tissue_.links()[link].first, link);
       gone_links_.emplace_back(tissue_.links()[link].second, link);
     }
+    for (const Index triangle : change_.removed_triangles) {
+      for (const Index v : tissue_.triangles()[triangle]) {
+        gone_triangles_.emplace_back(v, triangle);
+      }
+    }
     for (const Index hinge : change_.removed_hinges) {
       for (const Index v : tissue_.hinges()[hinge].vertices) {
         gone_hinges_.emplace_back(v, hinge);
       }
     }
     std::ranges::sort(gone_hinges_);
+    std::ranges::sort(gone_triangles_);
     std::ranges::sort(gone_tets_);
     std::ranges::sort(gone_links_);
   }
@@ -142,6 +149,10 @@ class FreeGroups {
         for_each_at(vertex, tissue_.links_at(vertex), gone_links_,
                     [&](Index link) { visit(set.group_of(data_.distance_ids.of_link(link))); });
         break;
+      case Element::triangle:
+        for_each_at(vertex, tissue_.triangles_at(vertex), gone_triangles_,
+                    [&](Index triangle) { visit(set.group_of(triangle)); });
+        break;
       case Element::hinge:
         for_each_at(vertex, tissue_.hinges_at(vertex), gone_hinges_,
                     [&](Index hinge) { visit(set.group_of(hinge)); });
@@ -152,7 +163,7 @@ class FreeGroups {
   ConstraintData& data_;
   const Tissue& tissue_;
   const TissueChange& change_;
-  GoneAtVertices gone_tets_, gone_links_, gone_hinges_;
+  GoneAtVertices gone_tets_, gone_links_, gone_triangles_, gone_hinges_;
   std::vector<bool>& is_taken_;  // [group of a kind]
   std::vector<PhaseKind>& opened_;
   bool has_found_gone_ = false;

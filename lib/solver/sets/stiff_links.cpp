@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/tissue/sheet.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -19,10 +21,13 @@ double vertex_stiffness(const Tissue& tissue, Index vertex) {
   }
   const double inertia = mass / (kUsualSubstep * kUsualSubstep);
   const Body& body = tissue.bodies()[tissue.body_of_vertex(vertex)];
+  const Material& material = body.material;
+  if (is_sheet(body)) {
+    return inertia + double{material.youngs_modulus} * double{body.thickness};
+  }
   if (body.tet_count == 0) {
     return inertia;
   }
-  const Material& material = body.material;
   double stiffness = 0;  // the mean around the vertex, times that of the material
   for (const Index t : tissue.tets_at(vertex)) {
     stiffness += double{tissue.stiffness(t)} / static_cast<double>(tissue.tets_at(vertex).size());
@@ -37,7 +42,8 @@ double vertex_stiffness(const Tissue& tissue, Index vertex) {
 constexpr float kShareInTissue = 0.7F;
 
 bool has_tissue(const Tissue& tissue, Index vertex) {
-  return tissue.bodies()[tissue.body_of_vertex(vertex)].tet_count > 0;
+  const Body& body = tissue.bodies()[tissue.body_of_vertex(vertex)];
+  return body.tet_count > 0 || is_sheet(body);
 }
 
 }  // namespace

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// What sheets come to at rest, by each method, against closed forms.
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "apps/support/executors.h"
+#include "bench/sheets/cases.h"
+#include "bench/support/program.h"
+#include "bench/support/table_files.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+struct Arguments {
+  std::filesystem::path out = "out/tables";
+  bool quick = false;
+};
+
+struct Method {
+  const char* name;
+  SolverOptions options;
+};
+
+const std::array kMethods{Method{"default", {}},
+                          Method{"projections", {.method = SolverMethod::projection}}};
+
+void run(const Arguments& arguments) {
+  const std::vector<Column> columns{{"method", "method", 0},     {"backend", "backend", 0},
+                                    {"unit", "unit", 0},         {"value", "value", 4},
+                                    {"expected", "expected", 4}, {"error_percent", "error, %", 2},
+                                    {"source", "closed form", 0}};
+  Json rows = Json::array();
+  std::string text = "# Sheets at rest\n\n" + markdown_header("case", columns);
+  for (const SheetCase& each : sheet_cases()) {
+    for (const Method& method : kMethods) {
+      for (const char* const executor : {"serial", "threads:1", "threads:2"}) {
+        if (arguments.quick && std::string(executor) != "threads:1") {
+          continue;
+        }
+        SolverOptions options = method.options;
+        options.executor = programs::executor_named(executor);
+        const SheetOutcome outcome = each.run(options);
+        rows.push_back(
+            {{"case", each.name},
+             {"method", method.name},
+             {"backend", options.executor.name()},
+             {"unit", each.unit},
+             {"value", rounded(outcome.value, 1e5)},
+             {"expected", rounded(outcome.expected, 1e5)},
+             {"error_percent", rounded(100 * (outcome.value / outcome.expected - 1), 1e3)},
+             {"source", each.source}});
+        text += markdown_line(each.name, rows.back(), columns);
+      }
+    }
+  }
+  std::fputs(text.c_str(), stdout);
+  write_table(arguments.out, "sheets", rows, text);
+}
+
+}  // namespace
+}  // namespace pbdsurg::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("What sheets come to at rest, against closed forms.", "sheets");
+  pbdsurg::bench::Arguments arguments;
+  app.add_flag("--quick", arguments.quick, "one thread");
+  return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
+                                     [&] { pbdsurg::bench::run(arguments); });
+}

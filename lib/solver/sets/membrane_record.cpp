@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/sets/membrane_record.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+namespace pbdsurg {
+
+ConstraintRecord<MembraneConstraint> make_membrane(std::span<const Eigen::Vector3d> positions,
+                                                   const Triangle& triangle, const Triangle& places,
+                                                   const Body& sheet) {
+  const Eigen::Vector3d first = positions[triangle[1]] - positions[triangle[0]];
+  const Eigen::Vector3d second = positions[triangle[2]] - positions[triangle[0]];
+  const Eigen::Vector3d along = first.normalized();
+  Eigen::Matrix2d sides;
+  sides << first.norm(), along.dot(second), 0, along.cross(second).norm();
+  const Eigen::Matrix2d inverse = sides.inverse();
+  const double ratio = sheet.material.poissons_ratio;
+  const double mu = sheet.material.youngs_modulus / (2 * (1 + ratio));
+  ConstraintRecord<MembraneConstraint> record{places, {}};
+  for (int i = 0; i < 4; ++i) {
+    record.parameters[MembraneConstraint::kInverseShape + i] =
+        static_cast<float>(inverse(i / 2, i % 2));
+  }
+  record.parameters[MembraneConstraint::kStiffness] =
+      static_cast<float>(mu * double{sheet.thickness} * sides.determinant() / 2);
+  record.parameters[MembraneConstraint::kRatio] = static_cast<float>((1 + ratio) / (1 - ratio));
+  record.parameters[MembraneConstraint::kDamping] = sheet.material.damping;
+  return record;
+}
+
+Eigen::Matrix2d rest_sides(const ConstraintRecord<MembraneConstraint>& record) {
+  Eigen::Matrix2d inverse;
+  for (int i = 0; i < 4; ++i) {
+    inverse(i / 2, i % 2) = record.parameters[MembraneConstraint::kInverseShape + i];
+  }
+  return inverse.inverse();
+}
+
+double rest_area(const ConstraintRecord<MembraneConstraint>& record) {
+  return rest_sides(record).determinant() / 2;
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a triangle of a sheet stores, from its rest shape and material, and back.
+
+#include <Eigen/Core>
+#include <span>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/constraints/membrane.h"
+#include "pbdsurg/tissue/scene.h"
+
+#include "lib/solver/sets/constraint_slots.h"
+
+namespace pbdsurg {
+
+/// @param positions  [vertex_count] m, at rest
+/// @param places     of the vertices, see SolverData
+[[nodiscard]] ConstraintRecord<MembraneConstraint> make_membrane(
+    std::span<const Eigen::Vector3d> positions, const Triangle& triangle, const Triangle& places,
+    const Body& sheet);
+
+/// m, the sides from its first vertex at rest, in columns, in its plane.
+[[nodiscard]] Eigen::Matrix2d rest_sides(const ConstraintRecord<MembraneConstraint>& record);
+
+/// m^2
+[[nodiscard]] double rest_area(const ConstraintRecord<MembraneConstraint>& record);
+
+}  // namespace pbdsurg

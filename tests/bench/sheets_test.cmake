@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+# Runs sheets on one thread. Would catch a sheet that comes to rest elsewhere than a closed form says, by
+# either method.
+include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
+run_table(sheets 0 --quick)
+
+string(JSON count LENGTH "${json}" sheets)
+expect("rows" "${count}" 14)
+foreach(row RANGE 13)
+  expect_positive(sheets ${row} value expected)
+  string(JSON error GET "${json}" sheets ${row} error_percent)
+  if(error GREATER 5 OR error LESS -5)
+    message(SEND_ERROR "row ${row} is off by ${error} %")
+  endif()
+endforeach()

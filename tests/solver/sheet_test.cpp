@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/solver/compaction.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "bench/sheets/cases.h"
+#include "tests/support/catch.h"
+#include "tests/support/check_refused.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
+#include "tests/support/small_steps.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::check_refused;
+using testing::inspect;
+using testing::SheetMesh;
+
+constexpr double kEdge = 4e-3;  // m
+constexpr float kStep = 5e-3F;  // s
+
+// A sheet held at one side, with a block that hangs on it by links, and a free disc.
+Scene make_scene(float damping = 0) {
+  const SheetMesh sheet = testing::make_sheet({11, 8}, kEdge, 0.2);
+  const SheetMesh disc = testing::make_disc(4, 3 * kEdge);
+  Scene scene;
+  scene.add_sheet("sheet", sheet.positions, sheet.triangles,
+                  {.youngs_modulus = 50e3F, .damping = damping});
+  scene.add_body("block", testing::make_box({3, 3, 2}, kEdge, 0.1),
+                 {.model = ElasticModel::neo_hookean, .damping = damping});
+  scene.add_sheet("disc", disc.positions, disc.triangles, {.damping = damping});
+  for (Index i = 0; i < 4; ++i) {
+    scene.add_link({12 + i, scene.body(1).first_vertex + i, 2e-3F, {0.5F, 1e-3F}});
+  }
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  return scene;
+}
+
+}  // namespace
+
+// Would catch a membrane with other moduli, thickness or mass than its material's, or hinges that
+// are no plate, or compressed triangles that hold against wrinkles, by each method.
+TEST_CASE("sheet: comes to rest where closed forms say", "[long]") {
+  const SolverMethod method = GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
+  for (const bench::SheetCase& each : bench::sheet_cases()) {
+    const bench::SheetOutcome outcome =
+        each.run({.method = method, .executor = executor::threads(1)});
+    CAPTURE(each.name, outcome.value, outcome.expected);
+    CHECK(std::abs(outcome.value - outcome.expected) < 0.05 * outcome.expected);
+  }
+}
+
+TEST_CASE("sheet: registers and threads give the serial bits", "[equivalence]") {
+  const float damping = GENERATE(0.0F, 2e-3F);
+  const Scene scene = make_scene(damping);
+  const int variant = GENERATE(0, 1, 2, 3);
+  SolverOptions options =
+      testing::small_steps({.substeps = 10, .iterations = 2, .math = MathMode::strict});
+  options.composition = PlanComposition::separate;
+  switch (variant) {
+    case 1:
+      options.composition = PlanComposition::nested;
+      break;
+    case 2:
+      options.coloring.max_colors = 5;
+      break;
+    case 3:
+      options.method = SolverMethod::vertex_block;
+      break;
+  }
+  options.executor = executor::serial();
+  Solver serial(scene, options);
+  const bool has_phase = std::ranges::any_of(
+      serial.plan().phases, [](const Phase& phase) { return phase.kind == PhaseKind::membrane; });
+  CHECK(has_phase == (options.method == SolverMethod::projection));
+  for (int i = 0; i < 20; ++i) {
+    REQUIRE(serial.step(kStep).non_finite_vertices == 0);
+  }
+  for (const int threads : {1, 2, 3}) {
+    options.executor = executor::threads(threads);
+    Solver threaded(scene, options);
+    for (int i = 0; i < 20; ++i) {
+      threaded.step(kStep);
+    }
+    CHECK(threaded.state_hash() == serial.state_hash());
+  }
+}
+
+// Would catch a shape from which a sheet does not come back, or bursts: each vertex anywhere in a
+// ball as large as the sheet.
+TEST_CASE("sheet: a crumpled one unfolds and stays finite", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const SheetMesh mesh = testing::make_sheet({6, 6}, kEdge);
+  Scene scene;
+  scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.damping = 1e-3F});
+  scene.set_gravity({0, 0, 0});
+  Solver solver(scene, {.method = method, .damping = 5, .executor = executor::threads(1)});
+  std::vector<Eigen::Vector3f> crumpled;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    crumpled.emplace_back(static_cast<float>(6 * kEdge * random_unit(7, v, 0)),
+                          static_cast<float>(6 * kEdge * random_unit(7, v, 1)),
+                          static_cast<float>(6 * kEdge * random_unit(7, v, 2)));
+  }
+  solver.write_positions(crumpled);
+  for (int i = 0; i < 200; ++i) {
+    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+  }
+  const auto x = solver.positions();
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    area += (x[b] - x[a]).cross(x[c] - x[a]).norm() / 2;
+  }
+  const double at_rest = 36 * kEdge * kEdge;
+  CHECK(area > 0.95 * at_rest);
+  CHECK(area < 1.05 * at_rest);
+}
+
+// Would catch forces between triangles, or a friction, that move a sheet as a whole: of a free one
+// that spins.
+TEST_CASE("sheet: a free one keeps its momentum", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const SheetMesh disc = testing::make_disc(4, 3 * kEdge);
+  Scene scene;
+  scene.add_sheet("disc", disc.positions, disc.triangles, {.damping = 1e-3F});
+  scene.set_gravity({0, 0, 0});
+  Solver solver(scene, {.method = method, .executor = executor::threads(1)});
+  const Eigen::Vector3f spin(1, 2, 5), speed(0.1F, 0, 0.2F);  // rad/s, m/s
+  std::vector<Eigen::Vector3f> velocities;
+  for (const Eigen::Vector3f& x : solver.positions()) {
+    velocities.push_back(speed + spin.cross(x));
+  }
+  solver.write_velocities(velocities);
+  const auto momenta = [&] {
+    Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = linear;
+    const auto x = solver.positions(), v = solver.velocities();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Eigen::Vector3d impulse = scene.masses()[i] * v[i].cast<double>();
+      linear += impulse;
+      angular += x[i].cast<double>().cross(impulse);
+    }
+    return std::pair(linear, angular);
+  };
+  const auto [linear, angular] = momenta();
+  for (int i = 0; i < 40; ++i) {
+    solver.step(kStep);
+  }
+  const auto [linear_now, angular_now] = momenta();
+  CHECK((linear_now - linear).norm() < 1e-4 * linear.norm());
+  CHECK((angular_now - angular).norm() < 0.03 * angular.norm());
+}
+
+// Would catch sweeps of another energy or friction than those which are summed apart from them.
+TEST_CASE("sheet: sweeps leave next to no residual", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const float damping = GENERATE(0.0F, 1e-3F);
+  const SheetMesh mesh = testing::make_sheet({8, 8}, kEdge, 0.2);
+  Scene scene;
+  scene.add_sheet("sheet", mesh.positions, mesh.triangles,
+                  {.youngs_modulus = 20e3F, .damping = damping});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() > 7.5 * kEdge; });
+  Solver solver(
+      scene,
+      {.method = method, .substeps = 20, .iterations = 60, .executor = executor::threads(1)});
+  for (int i = 0; i < 4; ++i) {  // it still swings
+    solver.step(kStep);
+  }
+  const Convergence sheet = solver.convergence(kStep)[0];
+  CHECK(sheet.vertex_count == 9 * 8);
+  CHECK(sheet.residual < 0.01 * sheet.elastic);
+}
+
+// Would catch edits that sheets do not follow while they move, and triangles or rows that a
+// compaction mixes up: it goes on as one that was not compacted.
+TEST_CASE("sheet: rips, loses triangles and is compacted in motion", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const SolverOptions options = testing::small_steps(
+      {.method = method, .iterations = 2, .copies = 2, .executor = executor::serial()});
+  const Scene scene = make_scene(1e-3F);
+  Solver solver(scene, options);
+  for (int i = 0; i < 4; ++i) {
+    solver.step(kStep);
+  }
+  const Tissue& tissue = solver.tissue();
+  const Index middle = 12 * 4 + 6;
+  TopologyEdit edit{.remove_triangles = {0, 1, 40}, .new_vertices = {{middle, middle, 0}}};
+  for (const Index t : tissue.triangles_at(middle)) {
+    if (edit.triangle_moves.size() < 2) {
+      edit.triangle_moves.push_back({t, middle, tissue.vertex_count()});
+    }
+  }
+  solver.tissue().apply(edit);
+  REQUIRE(!tissue.last_change().removed_hinges.empty());
+  for (int i = 0; i < 4; ++i) {
+    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+  }
+  CHECK(solver.state_hash(0) == solver.state_hash(1));
+  const auto apart = [&] {
+    const auto x = solver.positions();
+    return (x[middle] - x.back()).norm();
+  };
+  CHECK(apart() > 1e-6);
+  const std::size_t alive = static_cast<std::size_t>(std::ranges::count_if(
+      std::vector<Index>{0, 1, 2, 40, 41}, [&](Index t) { return tissue.is_triangle_alive(t); }));
+  CHECK(alive == 2);
+  const auto numbers = inspect(solver).sets.numbers_of_triangle(41);
+  Compaction compaction(solver);
+  compaction.build();
+  const Renumbering ids = compaction.finish(solver);
+  CHECK(ids.triangles[0] == kInvalidIndex);
+  CHECK(inspect(solver).sets.numbers_of_triangle(ids.triangles[41]) == numbers);
+  for (int i = 0; i < 4; ++i) {
+    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+  }
+}
+
+// Would catch a way of solving that takes sheets and does them wrong.
+TEST_CASE("sheet: who cannot step them says so, of scenes and of edits", "[unit]") {
+  const SheetMesh mesh = testing::make_sheet({1, 1}, kEdge);
+  Scene scene, other;
+  scene.add_sheet("wall", mesh.positions, mesh.triangles);
+  other.add_body("block", testing::make_box({1, 1, 1}, kEdge), testing::kSprings);
+  TopologyEdit edit;
+  edit.new_bodies = scene;
+
+  const SolverOptions fraction =
+      testing::small_steps({.mode = ProjectionMode::fraction, .executor = executor::serial()});
+  check_refused([&] { Solver(scene, fraction); }, "body 'wall' is a sheet, which has moduli");
+  Solver by_fractions(other, fraction);
+  check_refused([&] { by_fractions.tissue().apply(edit); }, "body 'wall' is a sheet");
+
+  const SolverOptions explicitly{.method = SolverMethod::explicit_steps};
+  check_refused([&] { Solver(scene, explicitly); }, "body 'wall' is a sheet, whose frequencies");
+
+  const SolverOptions on_device = testing::small_steps({.executor = testing::fake_device()});
+  CHECK_THROWS_AS(Solver(scene, on_device), BackendUnavailable);
+  Solver device(other, on_device);
+  check_refused([&] { device.tissue().apply(edit); },
+                "body 'wall' is a sheet, which the test's device cannot step");
+  CHECK(device.tissue().triangles().empty());
+}
+
+// Would catch a stiff sheet that steps of a soft body's length shake.
+TEST_CASE("sheet: automatic substeps follow its waves", "[unit]") {
+  const auto longest = [](float youngs_modulus, double edge) {
+    const SheetMesh mesh = testing::make_plate({4, 4}, edge);
+    Scene scene;
+    scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.youngs_modulus = youngs_modulus});
+    return Solver(scene, {.executor = executor::serial()}).plan().longest_substep;
+  };
+  CHECK(longest(1e6F, kEdge) == testing::Approx(longest(1e5F, kEdge) / std::sqrt(10)));
+  CHECK(longest(1e5F, 2 * kEdge) == testing::Approx(2 * longest(1e5F, kEdge)));
+  // an equilateral triangle's edge, in plane stress, at 0.95 of the crossing time for one sweep
+  const double crossing = kEdge * std::sqrt(1000 * (1 - 0.45 * 0.45) / 1e5);
+  CHECK(longest(1e5F, kEdge) == testing::Approx(0.95 * std::sqrt(2) * crossing).epsilon(1e-3));
+}
+
+// Would catch phases, groups or rows that a scene pays for without sheets.
+TEST_CASE("sheet: a scene without has nothing of them", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge),
+                 {.model = ElasticModel::neo_hookean});
+  const Solver solver(scene,
+                      testing::small_steps({.method = method, .executor = executor::serial()}));
+  const SolverData& data = inspect(solver);
+  CHECK(data.sets.of<MembraneConstraint>().memory_bytes() == 0);
+  CHECK(std::ranges::count(data.sets.phases, PhaseKind::membrane, &Phase::kind) == 0);
+  CHECK(data.vertex_blocks.arrays().triangles.empty());
+}
+
+}  // namespace pbdsurg

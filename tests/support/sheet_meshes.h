@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Meshes of sheets for tests and benchmarks.
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/base/types.h"
+
+namespace pbdsurg::testing {
+
+struct SheetMesh {
+  std::vector<Eigen::Vector3d> positions;  ///< m
+  std::vector<Triangle> triangles;         ///< wound about z
+};
+
+/// A rectangle in the plane of x and y, of squares halved along diagonals that alternate.
+/// @param cells   squares along x and y
+/// @param edge    m
+/// @param jitter  largest displacement of an inner vertex in the plane as a share of the edge
+inline SheetMesh make_sheet(std::array<Index, 2> cells, double edge, double jitter = 0,
+                            std::uint64_t seed = 1) {
+  SheetMesh mesh;
+  const auto id = [&](Index i, Index j) { return i + (cells[0] + 1) * j; };
+  for (Index j = 0; j <= cells[1]; ++j) {
+    for (Index i = 0; i <= cells[0]; ++i) {
+      Eigen::Vector3d x(i, j, 0);
+      const bool is_inner = i > 0 && i < cells[0] && j > 0 && j < cells[1];
+      for (int axis = 0; axis < 2 && is_inner; ++axis) {
+        x[axis] += jitter * (2 * random_unit(seed, mesh.positions.size(), axis) - 1);
+      }
+      mesh.positions.push_back(edge * x);
+    }
+  }
+  for (Index j = 0; j < cells[1]; ++j) {
+    for (Index i = 0; i < cells[0]; ++i) {
+      const Index a = id(i, j), b = id(i + 1, j), c = id(i + 1, j + 1), d = id(i, j + 1);
+      if ((i + j) % 2 == 0) {
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({a, c, d});
+      } else {
+        mesh.triangles.push_back({a, b, d});
+        mesh.triangles.push_back({b, c, d});
+      }
+    }
+  }
+  return mesh;
+}
+
+/// As make_sheet(), along diagonals that all go the same way, from the origin.
+inline SheetMesh make_slanted_sheet(std::array<Index, 2> cells, double edge) {
+  SheetMesh mesh = make_sheet(cells, edge);
+  mesh.triangles.clear();
+  for (Index j = 0; j < cells[1]; ++j) {
+    for (Index i = 0; i < cells[0]; ++i) {
+      const Index a = i + (cells[0] + 1) * j, d = a + cells[0] + 1;
+      mesh.triangles.push_back({a, a + 1, d + 1});
+      mesh.triangles.push_back({a, d + 1, d});
+    }
+  }
+  return mesh;
+}
+
+/// A rectangle of equilateral triangles, as hinges bend like a plate along any axis: columns along
+/// y, every other of which is half an edge further.
+/// @param cells  between columns, and along each
+/// @param edge   m
+inline SheetMesh make_plate(std::array<Index, 2> cells, double edge) {
+  SheetMesh mesh;
+  const auto id = [&](Index i, Index j) { return i + (cells[0] + 1) * j; };
+  for (Index j = 0; j <= cells[1]; ++j) {
+    for (Index i = 0; i <= cells[0]; ++i) {
+      mesh.positions.emplace_back(edge * std::numbers::sqrt3 / 2 * i,
+                                  edge * (j + (i % 2 == 0 ? 0 : 0.5)), 0);
+    }
+  }
+  for (Index j = 0; j < cells[1]; ++j) {
+    for (Index i = 0; i < cells[0]; ++i) {
+      const Index a = id(i, j), b = id(i + 1, j), c = id(i + 1, j + 1), d = id(i, j + 1);
+      if (i % 2 == 0) {
+        mesh.triangles.push_back({a, b, d});
+        mesh.triangles.push_back({b, c, d});
+      } else {
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({a, c, d});
+      }
+    }
+  }
+  return mesh;
+}
+
+/// A disc around the origin in the plane of x and y, of rings with six vertices more each.
+/// @param rings   beside the vertex in the middle
+/// @param radius  m
+inline SheetMesh make_disc(Index rings, double radius) {
+  SheetMesh mesh;
+  mesh.positions.emplace_back(0, 0, 0);
+  const auto first = [](Index ring) { return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1); };
+  const auto id = [&](Index ring, Index i) { return ring == 0 ? 0 : first(ring) + i % (6 * ring); };
+  for (Index ring = 1; ring <= rings; ++ring) {
+    for (Index i = 0; i < 6 * ring; ++i) {
+      const double angle = 2 * std::numbers::pi * i / (6.0 * ring), r = radius * ring / rings;
+      mesh.positions.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+    }
+    for (Index sector = 0; sector < 6; ++sector) {
+      for (Index i = 0; i < ring; ++i) {
+        const Index outer = sector * ring + i, inner = sector * (ring - 1) + i;
+        mesh.triangles.push_back({id(ring, outer), id(ring, outer + 1), id(ring - 1, inner)});
+        if (i + 1 < ring) {
+          mesh.triangles.push_back(
+              {id(ring - 1, inner), id(ring, outer + 1), id(ring - 1, inner + 1)});
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace pbdsurg::testing
