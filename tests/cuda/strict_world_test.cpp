@@ -37,15 +37,14 @@ struct Burning {
 // Would catch heat and potential that a device solves in strict mode, whose bits are another's.
 TEST_CASE("cuda world: a strict one burns with the bits of a host", "[device]") {
   Burning device(cuda::device()), host(executor::serial());
-  Index removed = 0;
   for (int step = 0; step < 60; ++step) {
-    removed += device.world.step(kDt).removed_tets;
+    device.world.step(kDt);
     host.world.step(kDt);
     REQUIRE(device.world.solver().state_hash() == host.world.solver().state_hash());
   }
-  CHECK(removed > 0);
   const HeatField &one = device.world.cautery(device.burner).field(),
                   &other = host.world.cautery(host.burner).field();
+  CHECK(other.ledger().in > 5);
   CHECK(std::ranges::equal(one.temperatures(), other.temperatures()));
   CHECK(std::ranges::equal(one.water(), other.water()));
 }
