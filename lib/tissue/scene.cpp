@@ -157,6 +157,10 @@ void check_stiffness_factor(const std::string& what, float factor) {
 }
 
 void check_has_moduli(const std::string& what, const Body& body) {
+  if (is_sheet(body)) {
+    throw InvalidArgument(what + " belongs to body '" + body.name +
+                          "', a sheet, whose triangles are all as stiff as its material");
+  }
   if (body.tet_count == 0 || body.material.model != ElasticModel::neo_hookean) {
     throw InvalidArgument(what + " belongs to body '" + body.name +
                           "', which is not Neo-Hookean; only such tissue has moduli to scale");

@@ -81,13 +81,14 @@ class VertexBlocks {
  public:
   VertexBlocks() = default;
 
-  /// @param moves     [vertex_count] whether a vertex is free
-  /// @param tets      [tet_count] those without weights, stiffness and damping do nothing
-  /// @param springs   [spring_count] likewise
-  /// @param hinges    [hinge_count] likewise
-  /// @param coloring  of the vertices, without max_colors; repair is followed by a search for fewer
-  /// @param unit      m, of fixed points
-  /// @param at_once   whether all move at once, in one colour
+  /// @param moves      [vertex_count] whether a vertex is free
+  /// @param tets       [tet_count] those without weights, stiffness and damping do nothing
+  /// @param springs    [spring_count] likewise
+  /// @param hinges     [hinge_count] likewise
+  /// @param coloring   of the vertices, without max_colors; repair is followed by a search for
+  ///                   fewer
+  /// @param unit       m, of fixed points
+  /// @param at_once    whether all move at once, in one colour
   /// @param triangles  [triangle_count] those without stiffness do nothing
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
