@@ -67,8 +67,10 @@ TEST_CASE("sparks: they go through dry tissue, where touch alone ends", "[unit]"
     const CauteryBlock block;
     Solver solver(block.scene, {.damping = 20});
     const ThermalBody body{0, tissues::liver().heat};
-    Cautery cautery(solver.tissue(), std::span(&body, 1),
-                    {.tearing_rate = 1e6, .model = {.dry_water = 0.02}});
+    CauteryOptions options;
+    options.tearing_rate = 1e6;
+    options.model.dry_water = 0.02;
+    Cautery cautery(solver.tissue(), std::span(&body, 1), options);
     double energy = 0;
     bool has_arced = false;
     for (int i = 0; i < 300; ++i) {
