@@ -18,7 +18,7 @@ namespace {
 constexpr float kRadius = 4e-3F;     // m, of the ball
 constexpr double kModulus = 15e3;    // Pa: under that ball 150 N/m, which a servo renders as it is
 constexpr float kDrag = 20;          // 1/s, as in the demo: it stands for the organs around
-constexpr Index kMostShrinking = 4;  // tets an edit: some 0.1 ms
+constexpr Index kMostShrinking = 4;  // tets an edit
 constexpr double kPower = 30;        // W, as the demo's hook
 
 constexpr float kMiddle = 35e-3F, kFarthest = 12e-3F;  // m, along x: where the top is level

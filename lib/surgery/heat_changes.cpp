@@ -258,12 +258,8 @@ void HeatChanges::stiffen(const Solver& solver, const HeatField& field, Topology
         tissue.body(tissue.body_of_tet(t)).material.model != ElasticModel::neo_hookean) {
       continue;
     }
-    double survival = 0;
-    for (const Index v : mesh.tets()[t]) {
-      survival += field.survival()[v] / 4;
-    }
-    const auto factor =
-        static_cast<float>(stiffened(mesh.tissues()[mesh.tissue_of_tet(t)], survival));
+    const auto factor = static_cast<float>(
+        stiffened(mesh.tissues()[mesh.tissue_of_tet(t)], mean_survival(field, t)));
     const float now = tissue.stiffness(t);
     if (factor >= (1 + kLeastStiffening) * now) {
       due_changes_.push_back({t, factor, now / factor});

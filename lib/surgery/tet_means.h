@@ -17,6 +17,15 @@ namespace pbdsurg {
   return water;
 }
 
+/// Share that lives.
+[[nodiscard]] inline double mean_survival(const HeatField& field, Index tet) {
+  double survival = 0;
+  for (const Index v : field.mesh().tets()[tet]) {
+    survival += field.survival()[v] / 4;
+  }
+  return survival;
+}
+
 /// Degrees Celsius.
 [[nodiscard]] inline double mean_temperature(const HeatField& field, Index tet) {
   double temperature = 0;
