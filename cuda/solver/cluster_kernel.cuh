@@ -12,6 +12,7 @@
 
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
@@ -34,8 +35,7 @@ constexpr int kProjectBarrier = 2;  // of those that project
 
 static_assert(
     std::size(kClusterShapes) == 7,
-    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone, and "
-    "membranes, of sheets, which no device steps");
+    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {
@@ -298,7 +298,7 @@ __device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArray
 }
 
 /// @param kThreads  that project; one warp more fetches
-template <ProjectionMode kMode, bool kDamped, bool kSolids, int kThreads>
+template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads>
 __global__ void __launch_bounds__(kThreads + kWarp, 1)
     sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
                      ClusterSweep sweep) {
@@ -415,11 +415,13 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
           project_round<DistanceConstraint, kMode, kDamped>(memory, work, substep, load_next);
         } else if (kind == PhaseKind::volume) {
           project_round<VolumeConstraint, kMode, kDamped>(memory, work, substep, load_next);
-        } else if constexpr (kSolids) {
+        } else if constexpr (kTissue != ClusterTissue::springs) {
           if (kind == PhaseKind::neo_hookean) {
             project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
           } else if (kind == PhaseKind::bending) {
             project_round<BendingConstraint, kMode, kDamped>(memory, work, substep, load_next);
+          } else if (kTissue == ClusterTissue::sheets && kind == PhaseKind::membrane) {
+            project_round<MembraneConstraint, kMode, kDamped>(memory, work, substep, load_next);
           } else {
             limit_strain();
           }
@@ -474,7 +476,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
 
 #else
 
-template <ProjectionMode kMode, bool kDamped, bool kSolids, int kThreads>
+template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads>
 __global__ void sweep_by_cluster(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep) {
   __trap();  // never launched: see prepare_cluster()
 }

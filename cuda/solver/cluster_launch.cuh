@@ -13,17 +13,27 @@ namespace {
 
 using ClusterKernel = void (*)(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep);
 
+template <int kThreads, bool kDamped>
+ClusterKernel choose_cluster_kernel(ClusterTissue tissue) {
+  constexpr auto kMode = ProjectionMode::compliance;
+  switch (tissue) {
+    case ClusterTissue::sheets:
+      return sweep_by_cluster<kMode, kDamped, ClusterTissue::sheets, kThreads>;
+    case ClusterTissue::solids:
+      return sweep_by_cluster<kMode, kDamped, ClusterTissue::solids, kThreads>;
+    case ClusterTissue::springs:
+      break;
+  }
+  return sweep_by_cluster<kMode, kDamped, ClusterTissue::springs, kThreads>;
+}
+
 template <int kThreads>
 ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
   if (kind.mode == ProjectionMode::fraction) {
-    return sweep_by_cluster<ProjectionMode::fraction, false, false, kThreads>;
+    return sweep_by_cluster<ProjectionMode::fraction, false, ClusterTissue::springs, kThreads>;
   }
-  if (kind.is_damped) {
-    return kind.has_solids ? sweep_by_cluster<ProjectionMode::compliance, true, true, kThreads>
-                           : sweep_by_cluster<ProjectionMode::compliance, true, false, kThreads>;
-  }
-  return kind.has_solids ? sweep_by_cluster<ProjectionMode::compliance, false, true, kThreads>
-                         : sweep_by_cluster<ProjectionMode::compliance, false, false, kThreads>;
+  return kind.is_damped ? choose_cluster_kernel<kThreads, true>(kind.tissue)
+                        : choose_cluster_kernel<kThreads, false>(kind.tissue);
 }
 
 ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {

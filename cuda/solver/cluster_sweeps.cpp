@@ -59,13 +59,23 @@ bool has_spare_records(const StageRecords& records) {
   return is_any;
 }
 
+// Who projects a kind.
+template <class Constraint>
+constexpr ClusterTissue tissue_of() {
+  return KindOf<Constraint>::kElement == Element::triangle ? ClusterTissue::sheets
+         : KindOf<Constraint>::kHasFraction                ? ClusterTissue::springs
+                                                           : ClusterTissue::solids;
+}
+
 class ClusterSweeps final : public Sweeps {
  public:
   explicit ClusterSweeps(const SolverData& data) : kernels_(kernels_of(data.options)) {
     kind_.mode = data.options.mode;
     kind_.is_damped = data.sets.has_damping && kind_.mode == ProjectionMode::compliance;
     data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
-      kind_.has_solids |= !KindOf<Constraint>::kHasFraction && slots.group_count() > 0;
+      if (slots.group_count() > 0) {
+        kind_.tissue = std::max(kind_.tissue, tissue_of<Constraint>());
+      }
     });
     has_one_sweep_ = data.options.iterations == 1;
   }

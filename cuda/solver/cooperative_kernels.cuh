@@ -262,9 +262,10 @@ struct UsualRows {
 };
 
 /// What a thread adds of its vertex, once the ways to all neighbours are known.
+/// @tparam kSheets  see load_ranges()
 /// @param index   of the block of vertices
 /// @param thread  of that
-template <int kParts, class Energy>
+template <int kParts, bool kSheets, class Energy>
 __device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const TileArrays& tiles,
                                          const NextTile<kParts>& tile, const VertexRows& rows,
                                          Index index, Index thread, const Ways& ways,
@@ -296,10 +297,12 @@ __device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const T
       energy.add_volume(record.stiffness, record.target, ways[record.face & 255],
                         ways[record.face >> 8 & 255], ways[record.face >> 16]);
     }
-    if (counts.hinges > 0) {
-      VertexBlock hinges{};
-      hinges.hinges = load_ranges(rows.blocks + index).hinges;
-      add_rows(rows, hinges, access, energy, {thread % kParts, kParts});
+    if (counts.others > 0) {
+      const VertexBlock ranges = load_ranges<kSheets>(rows.blocks + index);
+      VertexBlock others{};
+      others.hinges = ranges.hinges;
+      others.triangles = ranges.triangles;
+      add_rows(rows, others, access, energy, {thread % kParts, kParts});
     }
   }
 }
@@ -422,8 +425,9 @@ void fill_mailboxes(const DeviceState& state, const Mailboxes& boxes, const Step
 
 /// All sweeps. Threads of a warp stay together.
 /// @tparam kParts  threads of a vertex, a divisor of kRowParts; as many give the serial bits
+/// @tparam kSheets  see load_ranges()
 /// @param boxes    of a step; else state.fixed_points has the points
-template <int kParts, Reach kReach>
+template <int kParts, Reach kReach, bool kSheets>
 __global__ void __launch_bounds__(kBlockThreads)
     sweep_tiles(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
                 TileArrays tiles, ToolArrays tools, Mailboxes boxes, StepInput* input) {
@@ -445,8 +449,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   const float unit = input->unit;
   const float inverse_unit = 1 / unit;
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
+  const VertexRows rows = rows_of(vertices);
   FixedPoint* points = state.fixed_points;
   FixedPoint* next_points = nullptr;
   Index all_sweeps = sweeps.end - sweeps.first;
@@ -539,7 +542,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     __syncwarp();
     const Index lane = thread / kParts;
     const WaitingLane access{points, own, lane};
-    add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, access, energy);
+    add_tile<kParts, kSheets>(usual, tiles, tile, rows, index, thread, ways, access, energy);
     if (!is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
     }
@@ -567,7 +570,7 @@ __global__ void __launch_bounds__(kBlockThreads)
       Vec3<float> move = solve(energy);
       if (__builtin_expect(!is_finite_way(move) || !is_finite_way(energy.force), 0)) {
         const VertexBlock block =
-            is_lost(own) ? VertexBlock{} : load_ranges(vertices.blocks + index);
+            is_lost(own) ? VertexBlock{} : load_ranges<kSheets>(vertices.blocks + index);
         move = move_vertex(rows, block, access, start, energy, solve);
       }
       const Vec3<float> moved = moves ? u + move : u;
@@ -599,17 +602,23 @@ __global__ void __launch_bounds__(kBlockThreads)
   } while (!walk.is_done());
 }
 
-template <int kParts>
+template <bool kSheets, int kParts>
 constexpr auto* sweep_kernel(Reach reach) {
-  return reach == Reach::step           ? sweep_tiles<kParts, Reach::step>
-         : reach == Reach::held_substep ? sweep_tiles<kParts, Reach::held_substep>
-                                        : sweep_tiles<kParts, Reach::substep>;
+  return reach == Reach::step           ? sweep_tiles<kParts, Reach::step, kSheets>
+         : reach == Reach::held_substep ? sweep_tiles<kParts, Reach::held_substep, kSheets>
+                                        : sweep_tiles<kParts, Reach::substep, kSheets>;
 }
 
-auto* sweep_kernel(Index parts, Reach reach) {
-  return parts == 16  ? sweep_kernel<16>(reach)
-         : parts == 8 ? sweep_kernel<8>(reach)
-                      : sweep_kernel<4>(reach);
+template <bool kSheets>
+constexpr auto* sweep_kernel(Index parts, Reach reach) {
+  return parts == 16  ? sweep_kernel<kSheets, 16>(reach)
+         : parts == 8 ? sweep_kernel<kSheets, 8>(reach)
+                      : sweep_kernel<kSheets, 4>(reach);
+}
+
+auto* sweep_kernel(const TileArrays& tiles, Reach reach) {
+  return tiles.has_sheets ? sweep_kernel<true>(tiles.parts, reach)
+                          : sweep_kernel<false>(tiles.parts, reach);
 }
 
 std::size_t shared_bytes(const TileArrays& tiles) {
@@ -665,9 +674,9 @@ void launch_at_once(const Launch& how, const char* name, Index blocks, const Til
 }
 
 Index prepare_sweep_of_vertices(const TileArrays& tiles) {
-  return blocks_at_once(tiles, {sweep_kernel(tiles.parts, Reach::substep),
-                                sweep_kernel(tiles.parts, Reach::held_substep),
-                                sweep_kernel(tiles.parts, Reach::step)});
+  return blocks_at_once(
+      tiles, {sweep_kernel(tiles, Reach::substep), sweep_kernel(tiles, Reach::held_substep),
+              sweep_kernel(tiles, Reach::step)});
 }
 
 void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
@@ -675,8 +684,8 @@ void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
                     const ToolArrays& tools, const Mailboxes& boxes, StepInput* input,
                     const Launch& how) {
   launch_at_once(how, "launching the sweeps of vertices", sweeps.block_count, tiles,
-                 sweep_kernel(tiles.parts, sweeps.reach), sweeps, colors, state, vertices, tiles,
-                 tools, boxes, input);
+                 sweep_kernel(tiles, sweeps.reach), sweeps, colors, state, vertices, tiles, tools,
+                 boxes, input);
 }
 
 }  // namespace

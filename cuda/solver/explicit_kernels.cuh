@@ -70,8 +70,7 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
   FreeMotion<float> motion = input->motion;
   float inverse_dt_squared = input->substep.inverse_dt_squared;
   const float unit = input->unit;
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
+  const VertexRows rows = rows_of(vertices);
   VertexColors all{};
   all.count = 1;
   all.blocks[0] = {0, vertices.block_count};
@@ -122,7 +121,7 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
     __syncwarp();
     const WaitingLane access{points, vertex.own, thread / kParts};
     VertexForce<float> sum;
-    add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, access, sum);
+    add_tile<kParts, false>(usual, tiles, tile, rows, index, thread, ways, access, sum);
     if (!kStays && !is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
     }
@@ -130,7 +129,7 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
     if (is_lost(vertex.own)) {
       sum = {};
     } else if (__builtin_expect(!is_finite_way(sum.force), 0)) {
-      sum.force = finite_force(rows, load_ranges(vertices.blocks + index), access, sum);
+      sum.force = finite_force(rows, load_ranges<false>(vertices.blocks + index), access, sum);
     }
     vertex.move(state, motion, place_at(corner), sum.force, inverse_dt_squared, unit);
     if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
@@ -192,7 +191,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   wait_for_previous();
   if (index < vertices.block_count) {
     state = of_copy(state);
-    VertexBlock block = load_ranges(vertices.blocks + index);
+    VertexBlock block = load_ranges<false>(vertices.blocks + index);
     const ParticleOffset corner = __ldg(vertices.blocks[index].corners + lane);
     if (lane >= block.lane_count) {
       block = {};  // rows of idle lanes may name vertices that are gone
@@ -200,8 +199,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
     const float share = __ldg(vertices.stiffness_shares + index * kBlockLanes + lane);
     const DeviceHeading access{state.particles, state.velocities, base, input->heading, lane};
-    const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                          vertices.hinges};
+    const VertexRows rows = rows_of(vertices);
     VolumeStiffness<float> stiffness;
     add_rows(rows, block, access, stiffness, {thread_index() % kParts, kParts});
 #pragma unroll

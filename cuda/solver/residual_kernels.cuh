@@ -3,7 +3,7 @@
 
 /// @file
 /// Forces that sweeps have left out of balance at vertices, of a coarse correction: by rows, or by
-/// tiles.
+/// tiles. Of vertices of sheets, which take no part in it, they are without the triangles.
 
 #include <cstddef>
 
@@ -72,7 +72,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < vertices.block_count) {  // no kernel of this step writes them
-    block = load_ranges(vertices.blocks + index);
+    block = load_ranges<false>(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
   vertices = of_copy(vertices);
@@ -82,8 +82,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
   state = of_copy(state);
   const FixedPoint point = without_count(load_counted(&at(state.fixed_points, corner)));
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
+  const VertexRows rows = rows_of(vertices);
   VertexForce<float> sum;
   add_rows(rows, block, WaitingLane{state.fixed_points, point, lane}, sum, {part, kParts});
   add_up<kParts>(sum, mask_of_parts<kParts>());
@@ -137,11 +136,10 @@ __global__ void __launch_bounds__(kBlockThreads)
   wait_for_more<kParts>(points, tiles, tile, kFirstCount, index, thread, own, ways, input);
   __syncwarp();
   const Index lane = thread / kParts;
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
+  const VertexRows rows = rows_of(vertices);
   VertexForce<float> sum;
-  add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, WaitingLane{points, own, lane},
-                   sum);
+  add_tile<kParts, false>(usual, tiles, tile, rows, index, thread, ways,
+                          WaitingLane{points, own, lane}, sum);
   add_up<kParts>(sum, ~0U);
   if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
     const bool is_held =

@@ -67,11 +67,18 @@ struct ExplicitSubsteps {
   bool stays;         ///< whether these have a warp for each tile
 };
 
+/// What a kernel that sweeps by a cluster knows: each what those before do, too.
+enum class ClusterTissue : std::uint8_t {
+  springs,  ///< distances, volumes, strain limits
+  solids,   ///< Neo-Hookean tetrahedra, hinges
+  sheets,   ///< triangles
+};
+
 /// Which of the kernels that sweep by a cluster.
 struct ClusterKind {
   ProjectionMode mode;
   bool is_damped;
-  bool has_solids;     ///< Neo-Hookean tetrahedra
+  ClusterTissue tissue;
   Index thread_count;  ///< of a block, that project: kFewClusterThreads or kManyClusterThreads
 };
 

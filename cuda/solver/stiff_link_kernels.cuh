@@ -42,10 +42,8 @@ __device__ LooseEnd<float> find_loose_end(const DeviceState& state, const Vertex
                         state.capacity,
                         has_tools ? __ldcg(vertices.holds + block_lane) : kInvalidIndex,
                         {position_of(load_particle(state.particles + place)), u}};
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
   return pbdsurg::find_loose_end(
-      rows, load_ranges(vertices.blocks + block_lane / kBlockLanes),
+      rows_of(vertices), load_ranges<true>(vertices.blocks + block_lane / kBlockLanes),
       DeviceLane<kRowsChange>{state.fixed_points, point, block_lane % kBlockLanes}, start, held);
 }
 

@@ -43,7 +43,7 @@ __global__ void __launch_bounds__(kPackThreads)
   }
   const Index parts = tiles.parts;
   const Index index = which == nullptr ? static_cast<Index>(blockIdx.x) : which[blockIdx.x];
-  const VertexBlock block = load_ranges(vertices.blocks + index);
+  const VertexBlock block = load_ranges<false>(vertices.blocks + index);
   const TileBlock* const to = tiles.blocks + index;
   const TileCounts counts = to->counts;
   const Index neighbor_count = counts.neighbors * parts;

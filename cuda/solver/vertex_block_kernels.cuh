@@ -27,29 +27,44 @@ __device__ inline VertexArrays of_copy(VertexArrays vertices) {
     vertices.springs += copy * static_cast<std::size_t>(vertices.spring_room);
     vertices.volumes += copy * static_cast<std::size_t>(vertices.volume_room);
     vertices.hinges += copy * static_cast<std::size_t>(vertices.hinge_room);
+    vertices.triangles += copy * static_cast<std::size_t>(vertices.triangle_room);
   }
   return vertices;
 }
 
+__device__ inline VertexRows rows_of(const VertexArrays& vertices) {
+  return {vertices.blocks,  vertices.pulls,  vertices.springs,
+          vertices.volumes, vertices.hinges, vertices.triangles};
+}
+
 /// A block without its corners.
-__device__ inline VertexBlock load_ranges(const VertexBlock* block) {
+/// @tparam kSheets  with triangles; without, kernels have no code for them, and more registers
+template <bool kSheets>
+__device__ VertexBlock load_ranges(const VertexBlock* block) {
   constexpr std::size_t kFirst = offsetof(VertexBlock, lane_count);
   static_assert(kFirst % sizeof(int4) == 0 && offsetof(VertexBlock, is_damped) == kFirst + 4 &&
                 offsetof(VertexBlock, pulls) == kFirst + 8 &&
                 offsetof(VertexBlock, springs) == kFirst + 16 &&
                 offsetof(VertexBlock, volumes) == kFirst + 24 &&
-                offsetof(VertexBlock, hinges) == kFirst + 32);
+                offsetof(VertexBlock, hinges) == kFirst + 32 &&
+                offsetof(VertexBlock, triangles) == kFirst + 40);
   const int4* const words = reinterpret_cast<const int4*>(block) + kFirst / sizeof(int4);
   const int4 head = __ldg(words);
   const int4 tail = __ldg(words + 1);
-  const int2 hinges = __ldg(reinterpret_cast<const int2*>(words + 2));
   VertexBlock result{};
   result.lane_count = head.x;
   result.is_damped = (head.y & 0xff) != 0;
   result.pulls = {head.z, head.w};
   result.springs = {tail.x, tail.y};
   result.volumes = {tail.z, tail.w};
-  result.hinges = {hinges.x, hinges.y};
+  if constexpr (kSheets) {
+    const int4 others = __ldg(words + 2);
+    result.hinges = {others.x, others.y};
+    result.triangles = {others.z, others.w};
+  } else {
+    const int2 hinges = __ldg(reinterpret_cast<const int2*>(words + 2));
+    result.hinges = {hinges.x, hinges.y};
+  }
   return result;
 }
 
@@ -140,7 +155,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     return;
   }
   const VertexBlock* const block = vertices.blocks + index;
-  const VertexBlock ranges = load_ranges(block);
+  const VertexBlock ranges = load_ranges<false>(block);
   if (lane >= ranges.lane_count) {
     return;
   }
@@ -149,13 +164,13 @@ __global__ void __launch_bounds__(kBlockThreads)
     vertices.holds[thread_index()] = find_hold(tools, input, place_at(corner));
   }
   if (ranges.is_damped) {
-    add_damping(
-        DampedRows{vertices.blocks, vertices.springs, vertices.volumes, vertices.hinges,
-                   vertices.damped_springs, vertices.damped_volumes, vertices.damped_hinges},
-        *block,
-        DeviceStart{state.particles, state.carries,
-                    position_of(load_particle(&at(state.particles, corner))), lane},
-        input->substep.inverse_dt);
+    add_damping(DampedRows{vertices.blocks, vertices.springs, vertices.volumes, vertices.hinges,
+                           vertices.triangles, vertices.damped_springs, vertices.damped_volumes,
+                           vertices.damped_hinges, vertices.damped_triangles},
+                *block,
+                DeviceStart{state.particles, state.carries,
+                            position_of(load_particle(&at(state.particles, corner))), lane},
+                input->substep.inverse_dt);
   }
 }
 
@@ -359,7 +374,8 @@ struct FirstRows {
 /// Blocks [first, first + count), of one colour.
 /// @tparam kParts  threads of a vertex, neighbours in a warp, which share its rows: it has some 36,
 ///                 and a colour is small.
-template <int kParts, bool kDamped, bool kTools>
+/// @tparam kSheets  see load_ranges()
+template <int kParts, bool kDamped, bool kTools, bool kSheets>
 __global__ void __launch_bounds__(kBlockThreads)
     move_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
                 Index first, Index count, VertexSweep sweep) {
@@ -370,7 +386,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < first + count) {  // no kernel of this step writes them
-    block = load_ranges(vertices.blocks + index);
+    block = load_ranges<kSheets>(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
   vertices = of_copy(vertices);
@@ -415,8 +431,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     }
     return relaxation * VertexFactor<float>(energy).solve(energy.force);
   };
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
+  const VertexRows rows = rows_of(vertices);
   if (is_lost(point)) {
     block = {};
   }
@@ -445,20 +460,27 @@ __global__ void __launch_bounds__(kBlockThreads)
   store_point(&at(state.fixed_points, corner), moved_point(point, u, moved));
 }
 
+template <bool kSheets>
+constexpr auto* move_kernel(bool is_damped, bool has_tools) {
+  auto* const with_tools = is_damped ? move_blocks<kVertexParts, true, true, kSheets>
+                                     : move_blocks<kVertexParts, false, true, kSheets>;
+  auto* const alone = is_damped ? move_blocks<kVertexParts, true, false, kSheets>
+                                : move_blocks<kVertexParts, false, false, kSheets>;
+  return has_tools ? with_tools : alone;
+}
+
 void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceState& state,
                     const VertexArrays& vertices, const ToolArrays& tools, StepInput* input,
                     const Launch& how) {
-  auto* const with_tools = vertices.is_damped ? move_blocks<kVertexParts, true, true>
-                                              : move_blocks<kVertexParts, false, true>;
-  auto* const alone = vertices.is_damped ? move_blocks<kVertexParts, true, false>
-                                         : move_blocks<kVertexParts, false, false>;
+  auto* const kernel = vertices.triangle_room > 0
+                           ? move_kernel<true>(vertices.is_damped, sweep.has_tools)
+                           : move_kernel<false>(vertices.is_damped, sweep.has_tools);
   launch(how, "launching a colour of vertices",
-         blocks_for(stage.count * kBlockLanes * kVertexParts, kBlockThreads), kBlockThreads,
-         sweep.has_tools ? with_tools : alone, state, vertices, tools, input, stage.first,
-         stage.count, sweep);
+         blocks_for(stage.count * kBlockLanes * kVertexParts, kBlockThreads), kBlockThreads, kernel,
+         state, vertices, tools, input, stage.first, stage.count, sweep);
 }
 
-/// All vertices, by the forces where the substep starts.
+/// All vertices, by the forces where the substep starts. No sheet takes explicit steps.
 /// @tparam kParts  as in move_blocks()
 template <int kParts, bool kTools>
 __global__ void __launch_bounds__(kBlockThreads)
@@ -471,7 +493,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < vertices.block_count) {  // no kernel of this step writes them
-    block = load_ranges(vertices.blocks + index);
+    block = load_ranges<false>(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
   vertices = of_copy(vertices);
@@ -487,8 +509,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     return;  // without tissue
   }
   const FixedPoint point = load_point(&at(state.fixed_points, corner));
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
+  const VertexRows rows = rows_of(vertices);
   if (is_lost(point)) {
     block = {};
   }

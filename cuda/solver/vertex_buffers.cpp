@@ -53,9 +53,12 @@ void VertexBuffers::upload(const SolverData& data, bool has_grown, cudaStream_t 
   upload_parts(springs_, host.springs, {parts, room_.springs}, kNothing, stream);
   upload_parts(volumes_, host.volumes, {parts, room_.volumes}, kNothing, stream);
   upload_parts(hinges_, host.hinges, {parts, room_.hinges}, kNothing, stream);
+  upload_parts(triangles_, host.triangles, {parts, room_.triangles}, kNothing, stream);
   upload_parts(damped_springs_, host.damped_springs, {is_damped, room_.springs}, kNothing, stream);
   upload_parts(damped_volumes_, host.damped_volumes, {is_damped, room_.volumes}, kNothing, stream);
   upload_parts(damped_hinges_, host.damped_hinges, {is_damped, room_.hinges}, kNothing, stream);
+  upload_parts(damped_triangles_, host.damped_triangles, {is_damped, room_.triangles}, kNothing,
+               stream);
   upload_parts(lane_of_place_, std::span<const Index>(lane_of_place), {1, room_.places}, kNoLane,
                stream);
   upload_parts(shares_, data.stable_substep.shares(), {has_shares, room_.blocks * kBlockLanes},
@@ -83,9 +86,11 @@ void VertexBuffers::make_room(const SolverData& data, cudaStream_t stream) {
   enlarge_rows(springs_, parts, &VertexCounts::springs);
   enlarge_rows(volumes_, parts, &VertexCounts::volumes);
   enlarge_rows(hinges_, parts, &VertexCounts::hinges);
+  enlarge_rows(triangles_, parts, &VertexCounts::triangles);
   enlarge_rows(damped_springs_, is_damped, &VertexCounts::springs);
   enlarge_rows(damped_volumes_, is_damped, &VertexCounts::volumes);
   enlarge_rows(damped_hinges_, is_damped, &VertexCounts::hinges);
+  enlarge_rows(damped_triangles_, is_damped, &VertexCounts::triangles);
   lane_of_place_.enlarge(1, before.places, room.places, kNoLane, stream);
   shares_.enlarge(has_shares, before.blocks * kBlockLanes, room.blocks * kBlockLanes, kNothing,
                   stream);
@@ -100,9 +105,11 @@ void VertexBuffers::point(const SolverData& data) {
              springs_.get(),
              volumes_.get(),
              hinges_.get(),
+             triangles_.get(),
              damped_springs_.get(),
              damped_volumes_.get(),
              damped_hinges_.get(),
+             damped_triangles_.get(),
              holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
              lane_of_place_.get(),
              shares_.get(),
@@ -111,6 +118,7 @@ void VertexBuffers::point(const SolverData& data) {
              static_cast<Index>(room_.springs),
              static_cast<Index>(room_.volumes),
              static_cast<Index>(room_.hinges),
+             static_cast<Index>(room_.triangles),
              data.vertex_blocks.has_damping()};
 }
 
@@ -143,12 +151,16 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(volumes_.get());
     case DeviceArray::hinge_rows:
       return words(hinges_.get());
+    case DeviceArray::triangle_rows:
+      return words(triangles_.get());
     case DeviceArray::damped_spring_rows:
       return words(damped_springs_.get());
     case DeviceArray::damped_volume_rows:
       return words(damped_volumes_.get());
     case DeviceArray::damped_hinge_rows:
       return words(damped_hinges_.get());
+    case DeviceArray::damped_triangle_rows:
+      return words(damped_triangles_.get());
     case DeviceArray::lane_of_place:
       return words(lane_of_place_.get());
     case DeviceArray::stiffness_shares:
@@ -187,6 +199,8 @@ std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
     bytes = static_cast<std::size_t>(arrays_.volume_room) * sizeof(VolumeRow);
   } else if (arrays_.is_damped && array == DeviceArray::hinge_rows) {
     bytes = static_cast<std::size_t>(arrays_.hinge_room) * sizeof(HingeRow);
+  } else if (arrays_.is_damped && array == DeviceArray::triangle_rows) {
+    bytes = static_cast<std::size_t>(arrays_.triangle_room) * sizeof(TriangleRow);
   }
   return bytes / sizeof(std::uint32_t);
 }
@@ -194,8 +208,9 @@ std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
 std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
-         hinges_.memory_bytes() + damped_hinges_.memory_bytes() + holds_.memory_bytes() +
-         lane_of_place_.memory_bytes() + shares_.memory_bytes();
+         hinges_.memory_bytes() + damped_hinges_.memory_bytes() + triangles_.memory_bytes() +
+         damped_triangles_.memory_bytes() + holds_.memory_bytes() + lane_of_place_.memory_bytes() +
+         shares_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -47,7 +47,8 @@ class VertexBuffers {
   DeviceBuffer<SpringRow> springs_;
   DeviceBuffer<VolumeRow> volumes_;
   DeviceBuffer<HingeRow> hinges_;
-  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_hinges_;
+  DeviceBuffer<TriangleRow> triangles_;
+  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_hinges_, damped_triangles_;
   DeviceBuffer<Index> holds_;
   DeviceBuffer<Index> lane_of_place_;
   DeviceBuffer<float> shares_;

@@ -52,21 +52,23 @@ struct DeviceState {
 /// idle lanes of rows, is any. Damping changes rows in each substep, each copy's otherwise;
 /// without it, copies share them.
 struct VertexArrays {
-  const VertexBlock* blocks;        ///< [block_count]
-  const PullRow* pulls;             ///< [pull]
-  SpringRow* springs;               ///< [copy, if damped][spring_room]
-  VolumeRow* volumes;               ///< [copy, if damped][volume_room]
-  HingeRow* hinges;                 ///< [copy, if damped][hinge_room]
-  const DampedRow* damped_springs;  ///< [spring_room] if damped
-  const DampedRow* damped_volumes;  ///< [volume_room] if damped
-  const DampedRow* damped_hinges;   ///< [hinge_room] if damped
+  const VertexBlock* blocks;          ///< [block_count]
+  const PullRow* pulls;               ///< [pull]
+  SpringRow* springs;                 ///< [copy, if damped][spring_room]
+  VolumeRow* volumes;                 ///< [copy, if damped][volume_room]
+  HingeRow* hinges;                   ///< [copy, if damped][hinge_room]
+  TriangleRow* triangles;             ///< [copy, if damped][triangle_room]
+  const DampedRow* damped_springs;    ///< [spring_room] if damped
+  const DampedRow* damped_volumes;    ///< [volume_room] if damped
+  const DampedRow* damped_hinges;     ///< [hinge_room] if damped
+  const DampedRow* damped_triangles;  ///< [triangle_room] if damped
   /// [copy][block_room][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.
   Index* holds;
   /// [place] block * kBlockLanes + lane, or kInvalidIndex where no block has it.
   const Index* lane_of_place;
   const float* stiffness_shares;  ///< [block][lane] of explicit steps: StableSubstep::shares()
-  Index block_count, block_room, spring_room, volume_room, hinge_room;
+  Index block_count, block_room, spring_room, volume_room, hinge_room, triangle_room;
   bool is_damped;
 
   bool operator==(const VertexArrays&) const = default;
@@ -135,7 +137,7 @@ struct alignas(16) VolumeRecord {
 /// How many rows each thread of a block has, those that do nothing among them.
 struct alignas(16) TileCounts {
   std::uint16_t neighbors, pulls, springs, volumes;
-  Index hinges;  ///< of a vertex
+  Index others;  ///< hinges and triangles of a vertex, which stay rows
   Index more;    ///< not zero if there are more than usual_counts()
 };
 
@@ -162,15 +164,13 @@ PBDSURG_HOST_DEVICE inline TileCounts tile_counts(const VertexBlock& block, Inde
     return count > usual ? count : usual;
   };
   const TileCounts usual = usual_counts(parts);
-  TileCounts counts{of_thread(neighbor_count, usual.neighbors),
-                    of_thread(block.pulls.count, usual.pulls),
-                    of_thread(block.springs.count, usual.springs),
-                    of_thread(block.volumes.count, usual.volumes),
-                    block.hinges.count,
-                    0};
+  TileCounts counts{
+      of_thread(neighbor_count, usual.neighbors),    of_thread(block.pulls.count, usual.pulls),
+      of_thread(block.springs.count, usual.springs), of_thread(block.volumes.count, usual.volumes),
+      block.hinges.count + block.triangles.count,    0};
   counts.more =
       static_cast<Index>(counts.neighbors > usual.neighbors || counts.pulls > usual.pulls ||
-                         counts.springs > 0 || counts.volumes > usual.volumes || counts.hinges > 0);
+                         counts.springs > 0 || counts.volumes > usual.volumes || counts.others > 0);
   return counts;
 }
 
@@ -185,6 +185,7 @@ struct TileArrays {
   SpringRecord* springs;           ///< [copy, if damped][spring_rows][thread]
   VolumeRecord* volumes;           ///< [copy, if damped][volume_rows][thread]
   Index parts;                     ///< threads of a vertex
+  bool has_sheets;                 ///< whether there are triangles
   Index spring_rows, volume_rows;
   Index most_neighbors;  ///< of a thread
 };

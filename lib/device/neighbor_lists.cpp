@@ -33,6 +33,11 @@ void for_each_corner(const VertexBlocks::Arrays& rows, const VertexBlock& block,
       visit(corners[lane]);
     }
   }
+  for (const TriangleRow& row : rows_of(rows.triangles, block.triangles)) {
+    for (const auto& corners : row.neighbors) {
+      visit(corners[lane]);
+    }
+  }
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ enum class DeviceArray : std::uint32_t {
   volumes,
   joints,
   neo_hookeans,
-  membranes,  ///< none yet: no device steps sheets
+  membranes,
   strain_limits,
   bendings,
   stiff_links,
@@ -36,9 +36,11 @@ enum class DeviceArray : std::uint32_t {
   spring_rows,
   volume_rows,
   hinge_rows,
+  triangle_rows,
   damped_spring_rows,
   damped_volume_rows,
   damped_hinge_rows,
+  damped_triangle_rows,
   lane_of_place,     ///< of vertices in blocks
   stiffness_shares,  ///< of explicit steps
   tile_blocks,       ///< of one kernel for all sweeps: see VertexTiles
@@ -50,7 +52,7 @@ enum class DeviceArray : std::uint32_t {
   coarse_member_places,
   coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 31;
+inline constexpr int kDeviceArrayCount = 33;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -78,6 +78,7 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
   write_range(index, offsetof(VertexBlock, springs), block.springs, words);
   write_range(index, offsetof(VertexBlock, volumes), block.volumes, words);
   write_range(index, offsetof(VertexBlock, hinges), block.hinges, words);
+  write_range(index, offsetof(VertexBlock, triangles), block.triangles, words);
 
   LaneWriter writer(lane, words);
   for (Index i = room.pulls.first; i < room.pulls.first + room.pulls.count; ++i) {
@@ -115,9 +116,23 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, rest), row.rest);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, is_opposite), row.is_opposite);
   }
+  for (Index i = room.triangles.first; i < room.triangles.first + room.triangles.count; ++i) {
+    const TriangleRow& row = arrays.triangles[i];
+    constexpr auto kArray = DeviceArray::triangle_rows;
+    for (std::size_t k = 0; k < 2; ++k) {
+      writer.write<TriangleRow>(kArray, i,
+                                offsetof(TriangleRow, neighbors) + k * sizeof(row.neighbors[k]),
+                                row.neighbors[k]);
+      writer.write<TriangleRow>(
+          kArray, i, offsetof(TriangleRow, weights) + k * sizeof(row.weights[k]), row.weights[k]);
+    }
+    writer.write<TriangleRow>(kArray, i, offsetof(TriangleRow, stiffness), row.stiffness);
+    writer.write<TriangleRow>(kArray, i, offsetof(TriangleRow, target), row.target);
+  }
   writer.write(DeviceArray::damped_spring_rows, room.springs, arrays.damped_springs);
   writer.write(DeviceArray::damped_volume_rows, room.volumes, arrays.damped_volumes);
   writer.write(DeviceArray::damped_hinge_rows, room.hinges, arrays.damped_hinges);
+  writer.write(DeviceArray::damped_triangle_rows, room.triangles, arrays.damped_triangles);
 }
 
 void follow_block(const VertexBlocks& blocks, Index block, std::vector<WordChange>& words) {

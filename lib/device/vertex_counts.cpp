@@ -7,8 +7,9 @@
 namespace pbdsurg::cuda {
 namespace {
 
-constexpr std::array kArrays{&VertexCounts::blocks,  &VertexCounts::pulls,  &VertexCounts::springs,
-                             &VertexCounts::volumes, &VertexCounts::hinges, &VertexCounts::places};
+constexpr std::array kArrays{
+    &VertexCounts::blocks, &VertexCounts::pulls,     &VertexCounts::springs, &VertexCounts::volumes,
+    &VertexCounts::hinges, &VertexCounts::triangles, &VertexCounts::places};
 
 }  // namespace
 
@@ -24,6 +25,7 @@ VertexCounts::VertexCounts(const SolverData& data) {
   springs = arrays.springs.size();
   volumes = arrays.volumes.size();
   hinges = arrays.hinges.size();
+  triangles = arrays.triangles.size();
   places = static_cast<std::size_t>(data.vertex_blocks.vertex_count());
 }
 
@@ -45,6 +47,7 @@ VertexCounts with_room(const VertexCounts& counts, const SolverData& data, bool 
   room.springs += growth.springs;
   room.volumes += growth.volumes;
   room.hinges += growth.hinges;
+  room.triangles += growth.triangles;
   room.places += counts.places > 0 ? static_cast<std::size_t>(data.options.spare.vertices) : 0;
   if (has_grown) {
     VertexCounts grown = counts;

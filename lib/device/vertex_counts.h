@@ -14,7 +14,7 @@
 namespace pbdsurg::cuda {
 
 struct VertexCounts {
-  std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0;
+  std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, triangles = 0;
   std::size_t places = 0;  ///< of which is known in which block they are
 
   VertexCounts() = default;

@@ -36,6 +36,7 @@ void for_each_joined(const VertexBlocks& vertices, Index vertex, const Visit& vi
   visit_all(vertices.tets(), vertices.tets_at(vertex));
   visit_all(vertices.springs(), vertices.springs_at(vertex));
   visit_all(vertices.hinges(), vertices.hinges_at(vertex));
+  visit_all(vertices.triangles(), vertices.triangles_at(vertex));
 }
 
 }  // namespace

@@ -120,8 +120,9 @@ void carry_something(SolverData& data) {
 }
 
 std::string name_of(const Stage& stage) {
-  constexpr std::array kNames{"distance", "volume",     "joint",  "neo_hookean", "strain_limit",
-                              "bending",  "stiff_link", "vertex", "attachment",  "contact"};
+  constexpr std::array kNames{"distance", "volume",       "joint",   "neo_hookean",
+                              "membrane", "strain_limit", "bending", "stiff_link",
+                              "vertex",   "attachment",   "contact"};
   return std::string(kNames[static_cast<std::size_t>(stage.kind)]) + ", " +
          std::to_string(stage.count) + " from " + std::to_string(stage.first) + ", levels " +
          std::to_string(stage.level_count);

@@ -54,7 +54,10 @@ TEST_CASE("neighbor lists: all that rows name, with what each has done before") 
   join(springs[0].vertices);
   const VertexHinge hinge{{4, 5, 20, 41}, 1, 0, 0};
   join(hinge.vertices);
-  const VertexBlocks blocks(moves, tets, springs, {hinge}, {});
+  const std::vector<VertexTriangle> triangles{{.vertices = {6, 50, 71}, .stiffness = 1},
+                                              {.vertices = {8, 52, 73}}};  // gone
+  join(triangles[0].vertices);
+  const VertexBlocks blocks(moves, tets, springs, {hinge}, {}, kUsualUnit, false, triangles);
 
   const NeighborLists lists(blocks);
 

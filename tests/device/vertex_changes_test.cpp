@@ -40,6 +40,8 @@ struct HostRows {
     damped_volumes.assign(arrays.damped_volumes.begin(), arrays.damped_volumes.end());
     hinges.assign(arrays.hinges.begin(), arrays.hinges.end());
     damped_hinges.assign(arrays.damped_hinges.begin(), arrays.damped_hinges.end());
+    triangles.assign(arrays.triangles.begin(), arrays.triangles.end());
+    damped_triangles.assign(arrays.damped_triangles.begin(), arrays.damped_triangles.end());
   }
 
   /// As the device writes words: but those of arrays that are not rows.
@@ -59,8 +61,8 @@ struct HostRows {
   void solve(const Stage& stage, std::vector<FixedPoint>& points,
              std::vector<Particle>& displacements, const std::vector<Particle>& flights,
              float relaxation) {
-    const VertexRows rows{blocks.data(), pulls.data(), springs.data(), volumes.data(),
-                          hinges.data()};
+    const VertexRows rows{blocks.data(),  pulls.data(),  springs.data(),
+                          volumes.data(), hinges.data(), triangles.data()};
     for (Index b = stage.first + stage.count; b-- > stage.first;) {
       for (Index lane = blocks[b].lane_count; lane-- > 0;) {
         const ParticleOffset corner = blocks[b].corners[lane];
@@ -84,9 +86,9 @@ struct HostRows {
   }
 
   void prepare(const SolverData& data) {
-    const DampedRows rows{blocks.data(),       springs.data(),        volumes.data(),
-                          hinges.data(),       damped_springs.data(), damped_volumes.data(),
-                          damped_hinges.data()};
+    const DampedRows rows{blocks.data(),         springs.data(),       volumes.data(),
+                          hinges.data(),         triangles.data(),     damped_springs.data(),
+                          damped_volumes.data(), damped_hinges.data(), damped_triangles.data()};
     for (const VertexBlock& block : blocks) {
       for (Index lane = 0; block.is_damped && lane < block.lane_count; ++lane) {
         const StartAccess access{data.particles.data(), data.carries.data(),
@@ -101,7 +103,8 @@ struct HostRows {
   std::vector<SpringRow> springs;
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;
-  std::vector<DampedRow> damped_springs, damped_volumes, damped_hinges;
+  std::vector<TriangleRow> triangles;
+  std::vector<DampedRow> damped_springs, damped_volumes, damped_hinges, damped_triangles;
 
  private:
   std::span<std::byte> bytes_of(DeviceArray array) {
@@ -123,6 +126,10 @@ struct HostRows {
         return bytes(hinges);
       case DeviceArray::damped_hinge_rows:
         return bytes(damped_hinges);
+      case DeviceArray::triangle_rows:
+        return bytes(triangles);
+      case DeviceArray::damped_triangle_rows:
+        return bytes(damped_triangles);
       case DeviceArray::distances:
       case DeviceArray::distance_damping:
       case DeviceArray::volumes:

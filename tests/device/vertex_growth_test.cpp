@@ -70,6 +70,8 @@ class DeviceRows {
     array(DeviceArray::damped_spring_rows) = words_of(host.damped_springs);
     array(DeviceArray::damped_volume_rows) = words_of(host.damped_volumes);
     array(DeviceArray::damped_hinge_rows) = words_of(host.damped_hinges);
+    array(DeviceArray::triangle_rows) = words_of(host.triangles);
+    array(DeviceArray::damped_triangle_rows) = words_of(host.damped_triangles);
     array(DeviceArray::stiffness_shares) = words_of(data.stable_substep.shares());
     for (std::size_t v = 0; v < counts_.places; ++v) {
       array(DeviceArray::lane_of_place)
@@ -147,13 +149,15 @@ class DeviceRows {
       if (!same_rows(DeviceArray::pull_rows, sizeof(PullRow), room.pulls) ||
           !same_rows(DeviceArray::spring_rows, sizeof(SpringRow), room.springs) ||
           !same_rows(DeviceArray::volume_rows, sizeof(VolumeRow), room.volumes) ||
-          !same_rows(DeviceArray::hinge_rows, sizeof(HingeRow), room.hinges)) {
+          !same_rows(DeviceArray::hinge_rows, sizeof(HingeRow), room.hinges) ||
+          !same_rows(DeviceArray::triangle_rows, sizeof(TriangleRow), room.triangles)) {
         return "rows" + in_block;
       }
       if (blocks.has_damping() &&
           (!same_rows(DeviceArray::damped_spring_rows, sizeof(DampedRow), room.springs) ||
            !same_rows(DeviceArray::damped_volume_rows, sizeof(DampedRow), room.volumes) ||
-           !same_rows(DeviceArray::damped_hinge_rows, sizeof(DampedRow), room.hinges))) {
+           !same_rows(DeviceArray::damped_hinge_rows, sizeof(DampedRow), room.hinges) ||
+           !same_rows(DeviceArray::damped_triangle_rows, sizeof(DampedRow), room.triangles))) {
         return "damped rows" + in_block;
       }
       if (is_explicit(data.options) &&
@@ -197,16 +201,19 @@ class DeviceRows {
     };
     const bool is_damped = !array(DeviceArray::damped_spring_rows).empty() ||
                            !array(DeviceArray::damped_volume_rows).empty() ||
-                           !array(DeviceArray::damped_hinge_rows).empty();
+                           !array(DeviceArray::damped_hinge_rows).empty() ||
+                           !array(DeviceArray::damped_triangle_rows).empty();
     fit(DeviceArray::vertex_blocks, counts_.blocks, sizeof(VertexBlock));
     fit(DeviceArray::pull_rows, counts_.pulls, sizeof(PullRow));
     fit(DeviceArray::spring_rows, counts_.springs, sizeof(SpringRow));
     fit(DeviceArray::volume_rows, counts_.volumes, sizeof(VolumeRow));
     fit(DeviceArray::hinge_rows, counts_.hinges, sizeof(HingeRow));
+    fit(DeviceArray::triangle_rows, counts_.triangles, sizeof(TriangleRow));
     if (is_damped) {
       fit(DeviceArray::damped_spring_rows, counts_.springs, sizeof(DampedRow));
       fit(DeviceArray::damped_volume_rows, counts_.volumes, sizeof(DampedRow));
       fit(DeviceArray::damped_hinge_rows, counts_.hinges, sizeof(DampedRow));
+      fit(DeviceArray::damped_triangle_rows, counts_.triangles, sizeof(DampedRow));
     }
     fit(DeviceArray::lane_of_place, counts_.places, sizeof(Index), kNoLane);
     fit(DeviceArray::stiffness_shares, counts_.blocks, kBlockLanes * sizeof(float));
@@ -361,7 +368,7 @@ TEST_CASE("cuda vertex growth: what follows any edits and their undo is as if ma
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     const std::vector<std::uint8_t> bytes = pbdsurg::testing::random_bytes(seed, 400);
     Choices choices(bytes);
-    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes_of_devices());
+    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes());
     SolverOptions options = pbdsurg::testing::small_steps(
         {.method = SolverMethod::vertex_block, .executor = pbdsurg::testing::fake_device()});
     const auto parts = static_cast<Index>(choices.one_of(std::array{4, 8, 16}));

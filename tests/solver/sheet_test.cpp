@@ -13,6 +13,7 @@
 #include "bench/sheets/cases.h"
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
+#include "tests/support/cuts.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
@@ -223,6 +224,48 @@ TEST_CASE("sheet: rips, loses triangles and is compacted in motion", "[unit]") {
   }
 }
 
+// Would catch triangles or rows that an edit changes and a device does not hear of: it keeps them
+// to itself.
+TEST_CASE("sheet: a device that hears of edits alone has the serial bits", "[equivalence]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  SolverOptions options = testing::small_steps(
+      {.method = method, .substeps = 4, .iterations = 2, .copies = 2, .math = MathMode::strict});
+  options.composition = PlanComposition::separate;
+  const Scene scene = make_scene(1e-3F);
+  options.executor = executor::serial();
+  Solver serial(scene, options);
+  options.executor = testing::fake_device();
+  Solver device(scene, options);
+  const SheetMesh mesh = testing::make_disc(2, 2 * kEdge);
+  TopologyEdit guest;
+  guest.new_bodies.add_sheet("guest", mesh.positions, mesh.triangles, {.damping = 1e-3F});
+  const auto compare = [&] {
+    for (Solver* const solver : {&serial, &device}) {
+      REQUIRE(solver->step(kStep).non_finite_vertices == 0);
+    }
+    REQUIRE(device.state_hash(0) == serial.state_hash(0));
+    REQUIRE(device.state_hash(1) == serial.state_hash(1));
+  };
+  compare();
+  for (Index round = 0; round < 8; ++round) {
+    INFO("round " << round);
+    for (Solver* const solver : {&serial, &device}) {
+      if (round == 5) {
+        solver->tissue().apply(guest);
+      } else {
+        solver->tissue().apply(round % 2 == 0 ? TopologyEdit{.remove_triangles = {7 + 9 * round}}
+                                              : testing::rip_vertex(*solver, 40 + round));
+      }
+    }
+    compare();
+    if (round % 3 == 1) {
+      serial.tissue().undo();
+      device.tissue().undo();
+      compare();
+    }
+  }
+}
+
 // Would catch a way of solving that takes sheets and does them wrong.
 TEST_CASE("sheet: who cannot step them says so, of scenes and of edits", "[unit]") {
   const SheetMesh mesh = testing::make_sheet({1, 1}, kEdge);
@@ -240,13 +283,6 @@ TEST_CASE("sheet: who cannot step them says so, of scenes and of edits", "[unit]
 
   const SolverOptions explicitly{.method = SolverMethod::explicit_steps};
   check_refused([&] { Solver(scene, explicitly); }, "body 'wall' is a sheet, whose frequencies");
-
-  const SolverOptions on_device = testing::small_steps({.executor = testing::fake_device()});
-  CHECK_THROWS_AS(Solver(scene, on_device), BackendUnavailable);
-  Solver device(other, on_device);
-  check_refused([&] { device.tissue().apply(edit); },
-                "body 'wall' is a sheet, which the test's device cannot step");
-  CHECK(device.tissue().triangles().empty());
 }
 
 // Would catch a stiff sheet that steps of a soft body's length shake.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 
 #include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/solver.h"
@@ -37,6 +38,19 @@ inline TopologyEdit part_vertex(const Solver& solver, Index vertex, std::uint64_
         random_bits(seed, l, 1) % 2 == 0) {
       edit.link_moves.push_back({l, vertex, copy});
     }
+  }
+  return edit;
+}
+
+/// Half of the triangles at a vertex of a sheet go with a copy of it.
+inline TopologyEdit rip_vertex(const Solver& solver, Index vertex) {
+  const std::span<const Index> triangles = solver.tissue().triangles_at(vertex);
+  if (triangles.size() < 2) {
+    return {};
+  }
+  TopologyEdit edit{.new_vertices = {{vertex, vertex}}};
+  for (const Index t : triangles.first(triangles.size() / 2)) {
+    edit.triangle_moves.push_back({t, vertex, solver.vertex_count()});
   }
   return edit;
 }

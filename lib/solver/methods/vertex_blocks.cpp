@@ -227,7 +227,8 @@ VertexBlocks::BlockRoom VertexBlocks::room_of(Index block) const noexcept {
           {firsts.pulls, counts.pulls},
           {firsts.springs, counts.springs},
           {firsts.volumes, counts.volumes},
-          {firsts.hinges, counts.hinges}};
+          {firsts.hinges, counts.hinges},
+          {firsts.triangles, counts.triangles}};
 }
 
 void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {
@@ -311,24 +312,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
-  for (const Index t : triangles_at(vertex)) {
-    const VertexTriangle& triangle = given_triangles_[t];
-    if (!(triangle.stiffness > 0)) {
-      continue;
-    }
-    const auto here = std::ranges::find(triangle.vertices, vertex) - triangle.vertices.begin();
-    const auto a = static_cast<std::size_t>(here + 1) % 3,
-               b = static_cast<std::size_t>(here + 2) % 3;
-    triangles.push_back({{triangle.vertices[a], triangle.vertices[b]},
-                         {triangle.weights[b], triangle.weights[a]},
-                         triangle.stiffness,
-                         triangle.target,
-                         triangle.area_damping});
-    if (triangle.edge_damping[0] > 0) {
-      add_dashpot(triangle.vertices[a], triangle.edge_damping[b]);
-      add_dashpot(triangle.vertices[b], triangle.edge_damping[a]);
-    }
-  }
+  find_triangles(vertex);
   for (const Index h : hinges_at(vertex)) {
     const VertexHinge& hinge = given_hinges_[h];
     if (!(hinge.stiffness > 0)) {
@@ -350,18 +334,6 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       static_cast<Index>(pulls.size()),          static_cast<Index>(springs.size()),
       static_cast<Index>(volumes.size()),        static_cast<Index>(hinges.size()),
       static_cast<Index>(strip_entries_.size()), static_cast<Index>(triangles.size())};
-}
-
-// Along an edge of triangles: one for each neighbour, as pulls are.
-void VertexBlocks::add_dashpot(Index neighbor, float damping) {
-  const auto known = std::ranges::find_if(neighborhood_.springs, [&](const Spring& spring) {
-    return spring.neighbor == neighbor && spring.stiffness == 0;
-  });
-  if (known == neighborhood_.springs.end()) {
-    neighborhood_.springs.push_back({neighbor, 0, 0, damping});
-  } else {
-    known->damping += damping;
-  }
 }
 
 void VertexBlocks::find_strip() {
@@ -470,22 +442,7 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.damping[lane] = hinge.damping;
     }
   }
-  for (Index i = 0; i < room.triangles; ++i) {
-    const Area area = entry(neighborhood_.triangles, i, Area{{vertex, vertex}, {0, 0}, 0, 0, 0});
-    TriangleRow& row = triangles_[block.triangles.first + i];
-    for (int k = 0; k < 2; ++k) {
-      row.neighbors[k][lane] = offset_of(area.neighbors[k]);
-      row.weights[k][lane] = area.weights[k];
-    }
-    row.stiffness[lane] = area.stiffness;
-    row.target[lane] = area.target;
-    if (has_damping_) {
-      DampedRow& damped = damped_triangles_[block.triangles.first + i];
-      damped.stiffness[lane] = area.stiffness;
-      damped.target[lane] = area.target;
-      damped.damping[lane] = area.damping;
-    }
-  }
+  write_triangles(block, lane, room.triangles);
 }
 
 void VertexBlocks::touch(std::span<const Index> vertices) {

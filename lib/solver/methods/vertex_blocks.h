@@ -110,27 +110,29 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(), pulls_.data(),  springs_.data(),  volumes_.data(),
-            hinges_.data(), strips_.data(), triangles_.data()};
+    return {blocks_.data(), pulls_.data(),     springs_.data(), volumes_.data(),
+            hinges_.data(), triangles_.data(), strips_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
-    return {blocks_.data(),         springs_.data(),        volumes_.data(),         hinges_.data(),
-            damped_springs_.data(), damped_volumes_.data(), damped_hinges_.data(),   strips_.data(),
-            damped_strips_.data(),  triangles_.data(),      damped_triangles_.data()};
+    return {blocks_.data(),         springs_.data(),       volumes_.data(),
+            hinges_.data(),         triangles_.data(),     damped_springs_.data(),
+            damped_volumes_.data(), damped_hinges_.data(), damped_triangles_.data(),
+            strips_.data(),         damped_strips_.data()};
   }
 
   /// The rows that are a block's, in use or not: it keeps them where edits give it another index,
   /// and its lanes in use have all of them, padded.
   struct BlockRoom {
-    Index number;                              ///< below room_count()
-    RowRange pulls, springs, volumes, hinges;  ///< no device has triangles
+    Index number;  ///< below room_count()
+    RowRange pulls, springs, volumes, hinges, triangles;
   };
   [[nodiscard]] PBDSURG_API BlockRoom room_of(Index block) const noexcept;
   [[nodiscard]] Index room_count() const noexcept { return room_count_; }
 
   /// How much more of each array an edit may need that brings so much: in none that is empty.
   struct Growth {
-    std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0;
+    std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, triangles = 0,
+                strips = 0;
   };
   [[nodiscard]] PBDSURG_API Growth expected_growth(const SpareRoom& spare) const noexcept;
 
@@ -141,13 +143,15 @@ class VertexBlocks {
     std::span<const SpringRow> springs;
     std::span<const VolumeRow> volumes;
     std::span<const HingeRow> hinges;
-    std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges;  ///< or empty
-    std::span<const StripRow> strips;
     std::span<const TriangleRow> triangles;
+    std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges,
+        damped_triangles;  ///< or empty
+    std::span<const StripRow> strips;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
-    return {blocks_,         pulls_,          springs_,       volumes_, hinges_,
-            damped_springs_, damped_volumes_, damped_hinges_, strips_,  triangles_};
+    return {blocks_,    pulls_,          springs_,        volumes_,       hinges_,
+            triangles_, damped_springs_, damped_volumes_, damped_hinges_, damped_triangles_,
+            strips_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -314,12 +318,16 @@ class VertexBlocks {
   void add(UndoArray<Element>& elements, List which, const Element& terms);
   void note_conflicts(std::span<const Index> vertices);
   void add_pull(const Pull& pull);
-  void add_dashpot(Index neighbor, float damping);
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
   void find_strip();
   void count_rows(VertexBlock& block) noexcept;
+
+  // vertex_triangle_rows.cpp
+  void find_triangles(Index vertex);
+  void add_dashpot(Index neighbor, float damping);
+  void write_triangles(const VertexBlock& block, Index lane, Index count) noexcept;
 
   // vertex_growth.cpp
   [[nodiscard]] bool is_fresh(Index vertex) const noexcept;

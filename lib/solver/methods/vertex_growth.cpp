@@ -486,12 +486,14 @@ VertexBlocks::Growth VertexBlocks::expected_growth(const SpareRoom& spare) const
   }
   const auto blocks = 3 * static_cast<std::size_t>(spare.vertices) / kBlockLanes +
                       static_cast<std::size_t>(color_count());
-  constexpr std::size_t kPulls = 24, kVolumes = 40, kStrips = 50;  // rows of a block, at a cut
+  // rows of a block, at a cut or a rip
+  constexpr std::size_t kPulls = 24, kVolumes = 40, kTriangles = 12, kStrips = 50;
   return {blocks,
           pulls_.empty() ? 0 : kPulls * blocks,
           springs_.empty() ? 0 : kPulls * blocks,
           volumes_.empty() ? 0 : kVolumes * blocks,
           hinges_.empty() ? 0 : kSpareHinges * blocks,
+          triangles_.empty() ? 0 : kTriangles * blocks,
           strips_.empty() ? 0 : kStrips * blocks};
 }
 
@@ -506,11 +508,13 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   pulls_.reserve(pulls_.size() + growth.pulls);
   volumes_.reserve(volumes_.size() + growth.volumes);
   springs_.reserve(springs_.size() + growth.springs);
+  triangles_.reserve(triangles_.size() + growth.triangles);
   strips_.reserve(strips_.size() + growth.strips);
   if (has_damping_) {
     damped_springs_.reserve(springs_.capacity());
     damped_volumes_.reserve(volumes_.capacity());
     damped_hinges_.reserve(hinges_.capacity());
+    damped_triangles_.reserve(triangles_.capacity());
     damped_strips_.reserve(strips_.capacity());
   }
   tets_at_.reserve_room(vertices, 16 * static_cast<std::size_t>(spare.tets));

@@ -83,9 +83,8 @@ struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;
   bool is_damped;  ///< whether some row is
-  RowRange pulls, springs, volumes, hinges;
-  RowRange strips;     ///< that say the same as pulls and volumes; none where they lack the room
-  RowRange triangles;  ///< of sheets
+  RowRange pulls, springs, volumes, hinges, triangles;
+  RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
 };
 
 /// All of them.
@@ -95,8 +94,8 @@ struct VertexRows {
   const SpringRow* springs;
   const VolumeRow* volumes;
   const HingeRow* hinges;
+  const TriangleRow* triangles;
   const StripRow* strips = nullptr;
-  const TriangleRow* triangles = nullptr;
 };
 
 /// Those that damping changes.
@@ -105,13 +104,13 @@ struct DampedRows {
   SpringRow* springs;
   VolumeRow* volumes;
   HingeRow* hinges;
-  const DampedRow* damped_springs;  ///< [springs]
-  const DampedRow* damped_volumes;  ///< [volumes]
-  const DampedRow* damped_hinges;   ///< [hinges]
+  TriangleRow* triangles;
+  const DampedRow* damped_springs;    ///< [springs]
+  const DampedRow* damped_volumes;    ///< [volumes]
+  const DampedRow* damped_hinges;     ///< [hinges]
+  const DampedRow* damped_triangles;  ///< [triangles]
   StripRow* strips = nullptr;
   const DampedRow* damped_strips = nullptr;  ///< [strips]
-  TriangleRow* triangles = nullptr;
-  const DampedRow* damped_triangles = nullptr;  ///< [triangles]
 };
 
 /// One bit a lane of a block, the first lane's the lowest.

@@ -161,14 +161,6 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
   }
 }
 
-void check_sheets(std::span<const Body> bodies, const Executor& executor) {
-  const auto sheet = std::ranges::find_if(bodies, is_sheet);
-  if (sheet != bodies.end() && executor && executor.kind() == ExecutorKind::device) {
-    throw InvalidArgument("body '" + sheet->name + "' is a sheet, which " + executor.name() +
-                          " cannot step; processors can");
-  }
-}
-
 void check_hinges(std::size_t count, ProjectionMode mode) {
   if (count > 0 && mode == ProjectionMode::fraction) {
     throw InvalidArgument("the " + std::to_string(count) +

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/base/executor.h"
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/membrane.h"
@@ -66,9 +65,6 @@ struct ConstraintNumbers {
 
 /// @throws InvalidArgument  naming the Neo-Hookean body or the sheet in fraction mode
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
-
-/// @throws InvalidArgument  naming the sheet, if a device is to step it
-void check_sheets(std::span<const Body> bodies, const Executor& executor);
 
 /// @throws InvalidArgument  if there are any in fraction mode
 void check_hinges(std::size_t count, ProjectionMode mode);
