@@ -8,6 +8,7 @@
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
@@ -59,6 +60,15 @@ PBDSURG_HOST_DEVICE Projected project_all(std::uint64_t i) {
   float stress[9] = {};
   NeoHookeanConstraint::project<ProjectionMode::compliance>(result.x, w, solid,
                                                             Substep<float>{1e3F, 1e6F}, stress);
+  const float sheet[] = {per_edge, 0, 0, per_edge, 1e-6F, 3, 1e-3F};
+  float tension[6] = {};
+  Vec3<float> corners[3] = {result.x[0], result.x[1], result.x[2]};
+  const float corner_weights[3] = {w[0], w[1], w[2]};
+  MembraneConstraint::project<ProjectionMode::compliance>(corners, corner_weights, sheet,
+                                                          Substep<float>{1e3F, 1e6F}, tension);
+  for (int v = 0; v < 3; ++v) {
+    result.x[v] = corners[v];
+  }
   const float limit[] = {0.8F * kEdge};
   float none[] = {0};
   ends[0] = result.x[0];

@@ -25,6 +25,7 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/host_stages.h"
 #include "tests/support/inspect.h"
+#include "tests/support/sheet_meshes.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -128,6 +129,16 @@ std::string name_of(const Stage& stage) {
          std::to_string(stage.level_count);
 }
 
+// Of all that can be projected in a mode.
+Scene make_scene(ProjectionMode mode, float damping) {
+  Scene scene = pbdsurg::testing::make_eventful_scene(mode, damping);
+  if (mode == ProjectionMode::compliance) {
+    const auto sheet = pbdsurg::testing::make_sheet({6, 5}, pbdsurg::testing::kEventfulEdge, 0.2);
+    scene.add_sheet("sheet", sheet.positions, sheet.triangles, {.damping = damping});
+  }
+  return scene;
+}
+
 // Two pushers, one of them too deep for the capacity, and two holders of the same vertices.
 void add_tools(Solver& solver) {
   const std::array capsules{Capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F},
@@ -167,7 +178,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   options.executor = executor::serial();
   options.contact_capacity = 7;
   options.damping = 0;
-  Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
+  Solver solver(make_scene(variant.mode, variant.damping), options);
   std::vector<Eigen::Vector3f> moving = solver.positions();
   for (std::size_t v = 0; v < moving.size(); ++v) {
     moving[v] *= v % 3 == 0 ? 5 : -3;  // m/s
@@ -306,6 +317,7 @@ std::string row_difference(Device& device, const VertexBlocks& blocks) {
   const std::vector<SpringRow> springs = device.all(there.springs, host.springs.size());
   const std::vector<VolumeRow> volumes = device.all(there.volumes, host.volumes.size());
   const std::vector<HingeRow> hinges = device.all(there.hinges, host.hinges.size());
+  const std::vector<TriangleRow> triangles = device.all(there.triangles, host.triangles.size());
   for (const VertexBlock& block : host.blocks) {
     for (const std::string& text :
          {row_difference("stiffness", springs, host.springs, block.springs, block.lane_count,
@@ -319,7 +331,11 @@ std::string row_difference(Device& device, const VertexBlocks& blocks) {
           row_difference("hinge stiffness", hinges, host.hinges, block.hinges, block.lane_count,
                          &HingeRow::stiffness),
           row_difference("hinge rest", hinges, host.hinges, block.hinges, block.lane_count,
-                         &HingeRow::rest)}) {
+                         &HingeRow::rest),
+          row_difference("triangle stiffness", triangles, host.triangles, block.triangles,
+                         block.lane_count, &TriangleRow::stiffness),
+          row_difference("triangle target", triangles, host.triangles, block.triangles,
+                         block.lane_count, &TriangleRow::target)}) {
       if (!text.empty()) {
         return text;
       }
@@ -342,8 +358,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
                         .contact_capacity = 7,
                         .executor = executor::serial(),
                         .composition = PlanComposition::separate};
-  Solver solver(pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping),
-                options);
+  Solver solver(make_scene(ProjectionMode::compliance, damping), options);
   std::vector<Eigen::Vector3f> moving = solver.positions();
   for (std::size_t v = 0; v < moving.size(); ++v) {
     moving[v] *= v % 3 == 0 ? 5 : -3;  // m/s

@@ -16,6 +16,7 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/inspect.h"
 #include "tests/support/random_plan.h"
+#include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
 #include "tests/support/toy_sweep.h"
 
@@ -69,8 +70,10 @@ struct Case {
 TEST_CASE("cluster program: it sweeps as its stages, and follows their records") {
   const int block_count = GENERATE(1, 4, 16);
   const bool is_damped = GENERATE(false, true);
-  const Scene scene =
+  Scene scene =
       pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, is_damped ? 0.01F : 0);
+  const auto sheet = pbdsurg::testing::make_sheet({5, 4}, 4e-3, 0.2);
+  scene.add_sheet("sheet", sheet.positions, sheet.triangles);
   SolverOptions options = pbdsurg::testing::small_steps({.executor = executor::serial()});
   options.composition = PlanComposition::separate;
   Solver solver(scene, options);
@@ -120,8 +123,13 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
     change(DeviceArray::neo_hookeans, record, 5, record.parameters[p],
            3.0F + static_cast<float>(p));
   }
+  for (int p = 0; p < MembraneConstraint::kParameterCount; ++p) {
+    auto& record = records.of<MembraneConstraint>()[6];
+    change(DeviceArray::membranes, record, 6, record.parameters[p], 5.0F + static_cast<float>(p));
+  }
   changes.push_back({DeviceArray::tubes, 0, 1});  // of no sweep
-  CHECK(follow() == 4 + (is_damped ? 1 : 0) + NeoHookeanConstraint::kParameterCount);
+  CHECK(follow() == 4 + (is_damped ? 1 : 0) + NeoHookeanConstraint::kParameterCount +
+                        MembraneConstraint::kParameterCount);
 
   const Record<VolumeConstraint> removed = records.of<VolumeConstraint>()[2];
   records.of<VolumeConstraint>()[2].places[0] = kInvalidIndex;

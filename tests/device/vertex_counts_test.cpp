@@ -8,6 +8,7 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg::cuda {
@@ -46,6 +47,29 @@ TEST_CASE("vertex counts: there is room where it is asked for, or was needed bef
   CHECK(asked.places == counts.places + 100);
   CHECK(asked.blocks > counts.blocks + 100 / kBlockLanes);
   CHECK(asked.springs == 0);
+}
+
+// Would catch rips that a device has no room for.
+TEST_CASE("vertex counts: there is room for triangles of sheets", "[unit]") {
+  const auto mesh = pbdsurg::testing::make_sheet({12, 10}, 4e-3);
+  Scene scene;
+  scene.add_sheet("sheet", mesh.positions, mesh.triangles);
+  SolverOptions options = pbdsurg::testing::vertex_options();
+  options.executor = pbdsurg::testing::fake_device();
+  options.spare = {60, 0, 0, 0};
+  Solver solver(scene, options);
+  const SolverData& data = inspect(solver);
+  const VertexCounts counts(data);
+  REQUIRE(counts.triangles > 0);
+  const VertexCounts room = with_room(counts, data, false);
+  CHECK(room.triangles > counts.triangles);
+  CHECK(room.volumes == 0);
+  CHECK(with_room(counts, data, true).triangles >= counts.triangles + counts.triangles / 8);
+  for (Index round = 0; round < 40; ++round) {
+    solver.tissue().apply(pbdsurg::testing::rip_vertex(solver, 20 + 2 * round));
+  }
+  CHECK_FALSE(counts.has_room_for(VertexCounts(data)));
+  CHECK(room.has_room_for(VertexCounts(data)));
 }
 
 // Would catch words that are written beyond an array, after an undo has made it shorter.

@@ -29,6 +29,7 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
 #include "tests/support/vertex_method_cases.h"
 
@@ -437,6 +438,39 @@ TEST_CASE("cuda vertex growth: a run of cuts is followed without laying anything
     }
   }
   CHECK(follower.followed_growth > 100);
+  CHECK(follower.made_anew == 0);
+}
+
+// Would catch triangles that a rip moves and no row, tile or colour follows, and their neighbours.
+TEST_CASE(
+    "cuda vertex growth: a run of rips in a sheet is followed without laying anything out anew",
+    "[equivalence]") {
+  const float damping = GENERATE(0.0F, 1e-3F);
+  constexpr std::array<Index, 2> kCells{14, 12};
+  const auto mesh = pbdsurg::testing::make_sheet(kCells, 4e-3, 0.2);
+  Scene scene;
+  scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.damping = damping});
+  Solver solver(scene, {.method = SolverMethod::vertex_block,
+                        .substeps = 2,
+                        .executor = pbdsurg::testing::fake_device()});
+  Follower follower(solver, 16);
+  for (Index round = 0; round < 60; ++round) {
+    INFO("round " << round);
+    const Index vertex = (7 + 31 * round) % static_cast<Index>(mesh.positions.size());
+    TopologyEdit edit = pbdsurg::testing::rip_vertex(solver, vertex);
+    if (const Index t = 5 * round; solver.tissue().is_triangle_alive(t) && round % 4 == 0) {
+      edit = {.remove_triangles = {t}};
+    }
+    const TissueChange result = solver.tissue().apply(edit);
+    follower.follow();
+    REQUIRE(follower.difference() == "");
+    if (round % 3 == 1) {
+      solver.tissue().undo();
+      follower.follow();
+      REQUIRE(follower.difference() == "");
+    }
+  }
+  CHECK(follower.followed_growth > 30);
   CHECK(follower.made_anew == 0);
 }
 

@@ -32,7 +32,8 @@ class RandomPlan {
           std::pair(PhaseKind::distance, per_stage), std::pair(PhaseKind::distance, 0),
           std::pair(PhaseKind::strain_limit, per_stage), std::pair(PhaseKind::volume, per_stage),
           std::pair(PhaseKind::volume, per_stage), std::pair(PhaseKind::volume, 0),
-          std::pair(PhaseKind::neo_hookean, per_stage), std::pair(PhaseKind::bending, per_stage)}) {
+          std::pair(PhaseKind::neo_hookean, per_stage), std::pair(PhaseKind::bending, per_stage),
+          std::pair(PhaseKind::membrane, per_stage)}) {
       if (count + spare == 0) {
         continue;
       }

@@ -50,8 +50,9 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
       return visit(records.of<NeoHookeanConstraint>());
     case PhaseKind::bending:
       return visit(records.of<BendingConstraint>());
+    case PhaseKind::membrane:
+      return visit(records.of<MembraneConstraint>());
     case PhaseKind::strain_limit:
-    case PhaseKind::membrane:  // of sheets, which no device steps
     case PhaseKind::stiff_link:
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:
