@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "apps/support/executors.h"
 #include "bench/sheets/cases.h"
@@ -15,6 +16,7 @@ namespace {
 
 struct Arguments {
   std::filesystem::path out = "out/tables";
+  std::vector<std::string> executors{"serial", "threads:1", "threads:2"};
   bool quick = false;
 };
 
@@ -26,7 +28,10 @@ struct Method {
 const std::array kMethods{Method{"default", {}},
                           Method{"projections", {.method = SolverMethod::projection}}};
 
-void run(const Arguments& arguments) {
+void run(Arguments arguments) {
+  if (arguments.quick) {
+    arguments.executors = {"threads:1"};
+  }
   const std::vector<Column> columns{{"method", "method", 0},     {"backend", "backend", 0},
                                     {"unit", "unit", 0},         {"value", "value", 4},
                                     {"expected", "expected", 4}, {"error_percent", "error, %", 2},
@@ -35,10 +40,7 @@ void run(const Arguments& arguments) {
   std::string text = "# Sheets at rest\n\n" + markdown_header("case", columns);
   for (const SheetCase& each : sheet_cases()) {
     for (const Method& method : kMethods) {
-      for (const char* const executor : {"serial", "threads:1", "threads:2"}) {
-        if (arguments.quick && std::string(executor) != "threads:1") {
-          continue;
-        }
+      for (const std::string& executor : arguments.executors) {
         SolverOptions options = method.options;
         options.executor = programs::executor_named(executor);
         const SheetOutcome outcome = each.run(options);
@@ -65,7 +67,9 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   CLI::App app("What sheets come to at rest, against closed forms.", "sheets");
   pbdsurg::bench::Arguments arguments;
-  app.add_flag("--quick", arguments.quick, "one thread");
+  auto* const executors = app.add_option("--executor", arguments.executors,
+                                         "such as threads:1 or cuda; may be several");
+  app.add_flag("--quick", arguments.quick, "one thread")->excludes(executors);
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });
 }

@@ -83,6 +83,9 @@ constexpr std::uint32_t kWordsOf = Constraint::kParameterCount > 3
                                    : Constraint::kVertexCount == 4 && kDamped ? 2
                                                                               : 1;
 
+static_assert(kWordsOf<MembraneConstraint, false> == shape_of(PhaseKind::membrane)->words(false) &&
+              kWordsOf<MembraneConstraint, true> == shape_of(PhaseKind::membrane)->words(true));
+
 /// The parameters of a constraint: two are in its head, the others in further words.
 template <class Constraint, bool kDamped>
 __device__ void unpack_parameters(const uint4& head, std::uint32_t words, std::uint32_t stride,
