@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/tissue/tissue.h"
 
@@ -441,13 +442,35 @@ TEST_CASE("cuda vertex growth: a run of cuts is followed without laying anything
   CHECK(follower.made_anew == 0);
 }
 
+namespace {
+
+// Triangles between any three vertices: few of their edges have hinges, which join vertices, too.
+pbdsurg::testing::SheetMesh make_tangle() {
+  constexpr Index kVertices = 80, kTriangles = 160;
+  constexpr std::uint64_t kSeed = 3;
+  pbdsurg::testing::SheetMesh mesh;
+  for (Index v = 0; v < kVertices; ++v) {
+    mesh.positions.emplace_back(random_unit(kSeed, v, 0), random_unit(kSeed, v, 1),
+                                random_unit(kSeed, v, 2));
+    mesh.positions.back() *= 0.03;
+  }
+  for (Index t = 0; t < kTriangles; ++t) {  // each vertex has some, and none is there twice
+    const Index step = 1 + t / kVertices;
+    mesh.triangles.push_back(
+        {t % kVertices, (t + 7 * step) % kVertices, (t + 31 * step) % kVertices});
+  }
+  return mesh;
+}
+
+}  // namespace
+
 // Would catch triangles that a rip moves and no row, tile or colour follows, and their neighbours.
 TEST_CASE(
     "cuda vertex growth: a run of rips in a sheet is followed without laying anything out anew",
     "[equivalence]") {
   const float damping = GENERATE(0.0F, 1e-3F);
-  constexpr std::array<Index, 2> kCells{14, 12};
-  const auto mesh = pbdsurg::testing::make_sheet(kCells, 4e-3, 0.2);
+  const bool is_tangled = GENERATE(false, true);
+  const auto mesh = is_tangled ? make_tangle() : pbdsurg::testing::make_sheet({14, 12}, 4e-3, 0.2);
   Scene scene;
   scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.damping = damping});
   Solver solver(scene, {.method = SolverMethod::vertex_block,
@@ -458,8 +481,14 @@ TEST_CASE(
     INFO("round " << round);
     const Index vertex = (7 + 31 * round) % static_cast<Index>(mesh.positions.size());
     TopologyEdit edit = pbdsurg::testing::rip_vertex(solver, vertex);
-    if (const Index t = 5 * round; solver.tissue().is_triangle_alive(t) && round % 4 == 0) {
+    const Index t = 5 * round % static_cast<Index>(mesh.triangles.size());
+    if (solver.tissue().is_triangle_alive(t) && round % 4 == 0) {
       edit = {.remove_triangles = {t}};
+    }
+    // a link may leave one of its ends without a colour
+    const Index other = (vertex + 3 + round) % static_cast<Index>(mesh.positions.size());
+    if (solver.tissue().has_tissue(vertex) && solver.tissue().has_tissue(other) && round % 4 > 0) {
+      edit.new_links.push_back({vertex, other, 0.01F, {0.5F, 2e-2F}});
     }
     const TissueChange result = solver.tissue().apply(edit);
     follower.follow();
