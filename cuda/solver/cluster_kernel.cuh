@@ -33,9 +33,9 @@ constexpr int kRoundBarrier = 1;    // of all threads
 constexpr int kProjectBarrier = 2;  // of those that project
 
 static_assert(
-    std::size(kClusterShapes) == 7,
+    std::size(kClusterShapes) == 8,
     "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone, and "
-    "membranes, of sheets, which no device steps");
+    "membranes, of sheets, and fibres, which no device steps");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {

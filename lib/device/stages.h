@@ -23,6 +23,7 @@ enum class DeviceArray : std::uint32_t {
   volumes,
   joints,
   neo_hookeans,
+  fibres,     ///< none yet: no device steps them
   membranes,  ///< none yet: no device steps sheets
   strain_limits,
   bendings,
@@ -50,7 +51,7 @@ enum class DeviceArray : std::uint32_t {
   coarse_member_places,
   coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 31;
+inline constexpr int kDeviceArrayCount = 32;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -53,6 +53,7 @@ std::unique_ptr<SolverData> make_data_for_device(const Tissue& tissue, SolverOpt
 std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverOptions& options) {
   try {
     check_sheets(tissue.bodies(), options.executor);
+    check_fibres(tissue, options.executor);
   } catch (const InvalidArgument& refusal) {
     throw BackendUnavailable(refusal.what());
   }

@@ -87,6 +87,9 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
       case PhaseKind::neo_hookean:
         add_contents(records.of<NeoHookeanConstraint>(), stage, contents);
         break;
+      case PhaseKind::fibre:
+        add_contents(records.of<FibreConstraint>(), stage, contents);
+        break;
       case PhaseKind::membrane:
         add_contents(records.of<MembraneConstraint>(), stage, contents);
         break;

@@ -251,8 +251,9 @@ void FakeDevice::take_all(const SolverData& data) {
       case PhaseKind::neo_hookean:
         neo_hookeans_.set_serial(phase.color);
         break;
+      case PhaseKind::fibre:
       case PhaseKind::membrane:
-        break;  // of sheets, which no device steps
+        break;  // which no device steps
       case PhaseKind::strain_limit:
         strain_limits_.set_serial(phase.color);
         break;
@@ -313,6 +314,7 @@ void FakeDevice::take_over(const SolverData& data) {
       case PhaseKind::neo_hookean:
         neo_hookeans_.take_over(data.sets.of<NeoHookeanConstraint>(), id);
         break;
+      case PhaseKind::fibre:
       case PhaseKind::membrane:
       case PhaseKind::strain_limit:
         strain_limits_.take_over(data.sets.of<StrainLimitConstraint>(), id);

@@ -51,6 +51,7 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
     case PhaseKind::bending:
       return visit(records.of<BendingConstraint>());
     case PhaseKind::strain_limit:
+    case PhaseKind::fibre:     // of no device, as
     case PhaseKind::membrane:  // of sheets, which no device steps
     case PhaseKind::stiff_link:
     case PhaseKind::joint:  // no cluster projects this and those that follow

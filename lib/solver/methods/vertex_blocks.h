@@ -33,6 +33,8 @@ struct VertexTet {
   float target = 0;                     ///< m^3
   std::array<float, 6> edge_damping{};  ///< N s/m, >= 0, along kTetEdges
   float volume_damping = 0;             ///< N s/m^5, >= 0
+  std::array<float, 3> fibre_shares{};  ///< 1/m, FibreConstraint::kShares
+  float fibre_stiffness = 0;            ///< N m, >= 0; zero for none
 };
 
 /// What an edge or a link adds.
@@ -110,8 +112,8 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(), pulls_.data(),  springs_.data(),  volumes_.data(),
-            hinges_.data(), strips_.data(), triangles_.data()};
+    return {blocks_.data(), pulls_.data(),  springs_.data(),   volumes_.data(),
+            hinges_.data(), strips_.data(), triangles_.data(), fibres_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
     return {blocks_.data(),         springs_.data(),        volumes_.data(),         hinges_.data(),
@@ -123,7 +125,7 @@ class VertexBlocks {
   /// and its lanes in use have all of them, padded.
   struct BlockRoom {
     Index number;                              ///< below room_count()
-    RowRange pulls, springs, volumes, hinges;  ///< no device has triangles
+    RowRange pulls, springs, volumes, hinges;  ///< no device has triangles or fibres
   };
   [[nodiscard]] PBDSURG_API BlockRoom room_of(Index block) const noexcept;
   [[nodiscard]] Index room_count() const noexcept { return room_count_; }
@@ -144,10 +146,11 @@ class VertexBlocks {
     std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges;  ///< or empty
     std::span<const StripRow> strips;
     std::span<const TriangleRow> triangles;
+    std::span<const FibreRow> fibres;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
-    return {blocks_,         pulls_,          springs_,       volumes_, hinges_,
-            damped_springs_, damped_volumes_, damped_hinges_, strips_,  triangles_};
+    return {blocks_,         pulls_,         springs_, volumes_,   hinges_, damped_springs_,
+            damped_volumes_, damped_hinges_, strips_,  triangles_, fibres_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -267,15 +270,21 @@ class VertexBlocks {
     std::array<float, 2> weights;
     float stiffness, target, damping;
   };
+  struct Fibres {
+    std::array<Index, 3> neighbors;
+    std::array<float, 3> shares;
+    float stiffness;
+  };
   struct Neighborhood {
     std::vector<Pull> pulls;
     std::vector<Spring> springs;
     std::vector<Volume> volumes;
     std::vector<Bend> hinges;
     std::vector<Area> triangles;
+    std::vector<Fibres> fibres;
   };
   struct Rows {
-    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0;
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0, fibres = 0;
 
     [[nodiscard]] static Rows most(const Rows& a, const Rows& b) noexcept;
     /// Strips do without.
@@ -367,6 +376,7 @@ class VertexBlocks {
   std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
   std::vector<TriangleRow> triangles_;
   std::vector<DampedRow> damped_triangles_;  // [triangles_.size()] if there is damping
+  std::vector<FibreRow> fibres_;
   std::vector<StripRow> strips_;
   std::vector<DampedRow> damped_strips_;  // [strips_.size()] likewise
   std::vector<Room> rooms_;               // [block]

@@ -54,6 +54,13 @@ struct alignas(64) TriangleRow {
   float target[kBlockLanes];      ///< m^2
 };
 
+/// The fibres of a tetrahedron.
+struct alignas(64) FibreRow {
+  ParticleOffset neighbors[3][kBlockLanes];
+  float shares[3][kBlockLanes];  ///< 1/m, of these in F a
+  float stiffness[kBlockLanes];  ///< N m
+};
+
 /// A step along a strip of the faces opposite a vertex, for kernels on registers: after corners a,
 /// b and c comes d, and the next face is a, c, d or, where the strip turns, c, b, d. So a face
 /// takes one corner to gather in place of three, and its pulls none.
@@ -86,6 +93,7 @@ struct alignas(64) VertexBlock {
   RowRange pulls, springs, volumes, hinges;
   RowRange strips;     ///< that say the same as pulls and volumes; none where they lack the room
   RowRange triangles;  ///< of sheets
+  RowRange fibres;
 };
 
 /// All of them.
@@ -97,6 +105,7 @@ struct VertexRows {
   const HingeRow* hinges;
   const StripRow* strips = nullptr;
   const TriangleRow* triangles = nullptr;
+  const FibreRow* fibres = nullptr;
 };
 
 /// Those that damping changes.
