@@ -54,7 +54,7 @@ int main() try {
   solver.damping = 20;  // 1/s
   pbdsurg::World world(solver);
   const pbdsurg::BodyId muscle = world.add_body(
-      "muscle", pbdsurg::tetrahedralize(strip, options).mesh, pbdsurg::tissues::gallbladder());
+      "muscle", pbdsurg::tetrahedralize(strip, options).mesh, pbdsurg::tissues::gallbladder_wall());
   world.set_gravity({0, 0, 0});
   world.fix(muscle, [](const Eigen::Vector3d& x) { return x.x() < -0.9 * kLength / 2; });
   world.set_fibres(muscle, [](const Eigen::Vector3d&) {

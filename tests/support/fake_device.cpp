@@ -126,6 +126,7 @@ void FakeDevice::start_step(SolverData& data) {
   own_.coarse_space = data.coarse_space;
   for (Index i = 0; i < data.copy_count(); ++i) {
     own_.copy(i).past_substep = data.copy(i).past_substep;
+    own_.copy(i).factors = data.copy(i).factors;
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
