@@ -54,15 +54,15 @@ int main() try {
   solver.damping = 20;  // 1/s
   pbdsurg::World world(solver);
   const pbdsurg::BodyId muscle = world.add_body(
-      "muscle", pbdsurg::tetrahedralize(strip, options).mesh, pbdsurg::tissues::gallbladder_wall());
+      "muscle", pbdsurg::tetrahedralize(strip, options).mesh, pbdsurg::tissues::abdominal_wall());
   world.set_gravity({0, 0, 0});
   world.fix(muscle, [](const Eigen::Vector3d& x) { return x.x() < -0.9 * kLength / 2; });
   world.set_fibres(muscle, [](const Eigen::Vector3d&) {
-    return pbdsurg::Fibre{{1, 0, 0}, 60e3F};  // along the strip, Pa
+    return pbdsurg::Fibre{{1, 0, 0}, 100e3F};  // along the strip, Pa
   });
 
   world.set_forces(muscle, [](Index, const Eigen::Vector3f& x) -> Eigen::Vector3f {
-    return {x.x() > 0.9F * kLength / 2 ? 0.02F : 0, 0, 0};  // N, at each vertex of the end
+    return {x.x() > 0.9F * kLength / 2 ? 0.05F : 0, 0, 0};  // N, at each vertex of the end
   });
   const Index middle = nearest(world.tissue(), {0, 0, 0});
   const Index beyond = nearest(world.tissue(), {0.2 * kLength, 0, 0});

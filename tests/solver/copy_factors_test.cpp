@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/base/error.h"
@@ -66,6 +68,16 @@ Scene make_scene(const CopyFactors& factors) {
   scene.set_gravity(gravity * Eigen::Vector3f(0, -8, 0));
   return scene;
 }
+
+// A program's own constraints, of nothing.
+struct Idle final : CustomConstraints {
+  [[nodiscard]] std::string name() const override { return "idle"; }
+  [[nodiscard]] std::span<const Index> vertices() const override { return {}; }
+  void project(ConstraintSweep&) override {}
+  void follow(const Tissue&, const TissueChange&) noexcept override {}
+  void undo(const Tissue&, const TissueChange&) noexcept override {}
+  void renumber(const Tissue&, const Renumbering&) noexcept override {}
+};
 
 struct Recipe {
   const char* name;
@@ -283,6 +295,15 @@ TEST_CASE("copy factors: says what it refuses, and changes nothing", "[unit]") {
   refuse(solver, {.gravity = nan}, 0, "the factor of gravity is nan");
   refuse(solver, {}, 2, "there is no copy 2");
   CHECK_THROWS_WITH(solver.factors(-1), ContainsSubstring("there is no copy -1"));
+
+  solver.set_factors({.gravity = 2}, 1);
+  const auto idle = std::make_shared<Idle>();
+  solver.add_constraints(idle);
+  refuse(solver, {.stiffness = 2}, 0, "custom constraints do not know of it");
+  solver.remove_constraints(*idle);
+  solver.set_factors({.stiffness = 2}, 1);
+  CHECK_THROWS_WITH(solver.add_constraints(idle),
+                    ContainsSubstring("does not know the material that copy 1 has of its own"));
 
   Scene springs;
   springs.add_body("block", testing::make_box({1, 1, 1}, kSoftEdge), testing::kSprings);

@@ -19,6 +19,7 @@
 #include "bench/support/neo_hookean.h"
 #include "bench/support/static_energy.h"
 #include "tests/support/catch.h"
+#include "tests/support/fake_device.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
 #include "tests/support/vertex_method_cases.h"
@@ -422,6 +423,21 @@ TEST_CASE("fibres: says what it refuses, and changes nothing", "[unit]") {
   refuse_edit({.fibres = {{scene.body(1).first_tet, {}}}}, "body 'springs' cannot have fibres");
   CHECK_THROWS_WITH(static_cast<void>(solver.tissue().fibre(10'000)),
                     ContainsSubstring("tet 10000"));
+
+  const SolverOptions on_device = testing::small_steps({.executor = testing::fake_device()});
+  const Scene fibred = make_strip(kAlong, kModulus);
+  CHECK_THROWS_AS(Solver(fibred, on_device), BackendUnavailable);
+  Solver device(make_strip(kAlong, 0), on_device);
+  const auto refuse_there = [&](const TopologyEdit& edit, const char* what) {
+    CHECK_THROWS_WITH(device.tissue().apply(edit), ContainsSubstring(what));
+    CHECK(device.tissue().version() == 0);
+  };
+  refuse_there({.fibres = {{3, {kAlong, 1}}}},
+               "tet 3 has fibres, which the test's device cannot step");
+  TopologyEdit bring;
+  bring.new_bodies.add_body("guest", testing::make_box({1, 1, 1}, kSoftEdge), matrix());
+  bring.new_bodies.set_fibres(0, std::vector<Fibre>(bring.new_bodies.tets().size(), {kAlong, 1}));
+  refuse_there(bring, "body 'guest' has fibres, which the test's device cannot step");
 }
 
 }  // namespace pbdsurg
