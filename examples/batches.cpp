@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presses eight copies of a scene to eight depths at once, then starts one of them anew.
+// Presses eight copies of a scene to eight depths at once, starts one of them anew, then makes it
+// of other tissue.
 #include <cstdint>
 #include <cstdio>
 #include <exception>
@@ -60,6 +61,15 @@ int main() try {
   }
   const bool is_same = world.replica(ReplicaId(7)).state_hash() == third;
   std::printf("replica 7 now has %s\n", is_same ? "the bits that 3 had" : "other bits than 3 had");
+
+  // another patient: half as stiff
+  const float before = world.replica(ReplicaId(3)).force(probe).y();
+  world.replica(ReplicaId(7)).set_factors({.stiffness = 0.5F});
+  for (int step = 0; step < 3 * kSteps; ++step) {
+    world.step(5e-3);
+  }
+  const float share = world.replica(ReplicaId(7)).force(probe).y() / before;
+  std::printf("half as stiff, it takes %.2f of the force\n", double{share});
   return is_same ? 0 : 1;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "batches: %s\n", error.what());

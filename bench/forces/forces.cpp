@@ -14,6 +14,7 @@
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
+#include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/lumen.h"
 
@@ -58,7 +59,8 @@ struct Case {
   const char* name;
   const char* unit;
   std::function<Outcome(SolverOptions)> run;
-  bool has_lumen = false;  // which takes sweeps, on a host
+  bool has_lumen = false;   // which takes sweeps, on a host
+  bool has_fibres = false;  // which no device steps
 };
 
 std::vector<Index> vertices_where(const Scene& scene,
@@ -139,6 +141,75 @@ Outcome turn_block(SolverOptions options) {
       vertices_where(scene, [](const Eigen::Vector3d& x) { return x.y() > 5.5 * kEdge; });
   return {mean_way(scene, solver.positions(), top, {1, 0, 0}),
           mean_way(scene, rest, top, {1, 0, 0})};
+}
+
+// A strip along x without holds or weight, whose fibres lie along a direction.
+Scene make_strip(const Eigen::Vector3f& direction) {
+  Scene scene;
+  scene.add_body("strip", testing::make_box({6, 2, 2}, kEdge), neo_hookean(10e3, 0.4));
+  scene.set_fibres(0, std::vector<Fibre>(scene.tets().size(), {direction, 20e3F}));
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  return scene;
+}
+
+// %, by which a strip stretches that is pulled by its ends.
+// @param fibre_stiffness  Pa, along the strip
+Outcome pull_strip(SolverOptions options, const Eigen::Vector3f& direction,
+                   double fibre_stiffness) {
+  constexpr double kLength = 6 * kEdge;
+  const Scene scene = make_strip(direction);
+  const NeoHookeanModuli moduli(scene.body(0).material);
+  const double stress = uniaxial_stress(moduli, fibre_stiffness, 1.25);
+  const std::vector<Index> all = vertices_where(scene, [](const Eigen::Vector3d&) { return true; });
+  std::vector<Eigen::Vector3f> loads(all.size(), Eigen::Vector3f::Zero());
+  for (const Tet& tet : scene.tets()) {  // of each triangle's traction a third at its corners
+    for (const auto& [a, b, c] : kTetTriangles) {
+      const std::array<Index, 3> face{tet[a], tet[b], tet[c]};
+      const Eigen::Vector3d &x = scene.positions()[face[0]], &y = scene.positions()[face[1]],
+                            &z = scene.positions()[face[2]];
+      for (const double end : {0.0, kLength}) {
+        if (std::abs(x.x() - end) + std::abs(y.x() - end) + std::abs(z.x() - end) < 1e-9) {
+          const double pull = (end > 0 ? 1 : -1) * stress * (y - x).cross(z - x).norm() / 6;
+          for (const Index v : face) {
+            loads[v].x() += static_cast<float>(pull);
+          }
+        }
+      }
+    }
+  }
+  options.damping = 30;
+  Solver solver(scene, options);
+  solver.set_forces(all, loads);
+  step(solver, 400);
+  const auto x = solver.positions();
+  const auto end_at = [&](double end) {
+    const std::vector<Index> face = vertices_where(
+        scene, [&](const Eigen::Vector3d& at) { return std::abs(at.x() - end) < 1e-9; });
+    double sum = 0;
+    for (const Index v : face) {
+      sum += x[v].x();
+    }
+    return sum / static_cast<double>(face.size());
+  };
+  return {100 * ((end_at(kLength) - end_at(0)) / kLength - 1), 25};
+}
+
+// Of a bar of oblique fibres that sags.
+Outcome hang_bar(SolverOptions options) {
+  Scene scene;
+  scene.add_body("bar", testing::make_box({6, 2, 2}, kEdge, 0.1), neo_hookean(10e3, 0.4));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.set_fibres(0, std::vector<Fibre>(scene.tets().size(),
+                                         {Eigen::Vector3f(2, 1, 0.5F).normalized(), 100e3F}));
+  const Positions rest = find_equilibrium(
+      StaticEnergy(scene), Positions(scene.positions().begin(), scene.positions().end()));
+  options.damping = 30;
+  Solver solver(scene, options);
+  step(solver, 800);
+  const std::vector<Index> end =
+      vertices_where(scene, [](const Eigen::Vector3d& x) { return x.x() > 5.5 * kEdge; });
+  return {mean_way(scene, solver.positions(), end, {0, -1, 0}),
+          mean_way(scene, rest, end, {0, -1, 0})};
 }
 
 // m/s, of a free body after 50 ms of a force of five times its weight.
@@ -269,6 +340,17 @@ void run(const Arguments& arguments) {
       {"time of a step with a body's own gravity", "ms",
        [&](const SolverOptions& options) { return time_steps(options, false, arguments.quick); }},
       {"pressure of a hollow ball that water widens by 1 %", "Pa", widen_ball, true},
+      {"strip pulled along its fibres, by the closed form", "%",
+       [](const SolverOptions& options) {
+         return pull_strip(options, Eigen::Vector3f::UnitX(), 20e3);
+       },
+       false, true},
+      {"strip pulled across its fibres, by the closed form", "%",
+       [](const SolverOptions& options) {
+         return pull_strip(options, Eigen::Vector3f::UnitY(), 0);
+       },
+       false, true},
+      {"bar of oblique fibres that sags", "mm", hang_bar, false, true},
       {"air in a hollow ball that is squeezed, by p V", "ml", squeeze_ball, true},
       {"time of a step with a lumen of gas", "ms",
        [&](const SolverOptions& options) { return time_lumen(options, arguments.quick); }, true}};
@@ -290,9 +372,9 @@ void run(const Arguments& arguments) {
         }
         SolverOptions options = method.options;
         options.executor = programs::executor_named(executor);
-        const bool has_sets = options.method != SolverMethod::explicit_steps &&
-                              options.executor.kind() != ExecutorKind::device;
-        if (each.has_lumen && !has_sets) {
+        const bool has_processors = options.executor.kind() != ExecutorKind::device;
+        const bool has_sets = has_processors && options.method != SolverMethod::explicit_steps;
+        if ((each.has_lumen && !has_sets) || (each.has_fibres && !has_processors)) {
           continue;
         }
         const Outcome outcome = each.run(options);

@@ -41,12 +41,38 @@ inline Material neo_hookean(double youngs_modulus, double poissons_ratio) {
   return material;
 }
 
+/// Pa, of an area at rest, with which a strip pulls that is stretched along its fibres and free
+/// across: mu (l - J / l^2) + k (l - 1), with J where nothing pulls across, J - 1 = mu (1 - 1 / l)
+/// / lambda. Compressed, fibres have no say.
+/// @param fibre_stiffness  k, Pa
+/// @param stretch          l, > 0
+inline double uniaxial_stress(const NeoHookeanModuli& moduli, double fibre_stiffness,
+                              double stretch) {
+  const double volume = 1 + moduli.mu / moduli.lambda * (1 - 1 / stretch);
+  return moduli.mu * (stretch - volume / (stretch * stretch)) +
+         (stretch > 1 ? fibre_stiffness * (stretch - 1) : 0);
+}
+
+/// The stretch that has a uniaxial_stress(), by bisection.
+/// @param stress  Pa
+inline double uniaxial_stretch(const NeoHookeanModuli& moduli, double fibre_stiffness,
+                               double stress) {
+  double low = 0.2, high = 5;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (uniaxial_stress(moduli, fibre_stiffness, middle) < stress ? low : high) = middle;
+  }
+  return low;
+}
+
 /// A tetrahedron at rest.
 struct Element {
   Tet vertices;
   NeoHookeanModuli moduli;
   double volume;                          ///< m^3
   std::array<Eigen::Vector3d, 4> shapes;  ///< gradients of the shape functions, 1/m
+  double fibre_stiffness;                 ///< Pa
+  std::array<double, 4> fibre_shares;     ///< 1/m, of corners in what becomes of the fibres
 };
 
 inline std::vector<Element> make_elements(const Scene& scene) {
@@ -63,11 +89,15 @@ inline std::vector<Element> make_elements(const Scene& scene) {
     Eigen::Matrix3d edges;
     edges << x[tet[1]] - x[tet[0]], x[tet[2]] - x[tet[0]], x[tet[3]] - x[tet[0]];
     const Eigen::Matrix3d inverse = edges.inverse();
-    Element element{tet, moduli[t], edges.determinant() / 6, {}};
+    const Fibre& fibre = scene.fibres()[t];
+    Element element{tet, moduli[t], edges.determinant() / 6, {}, fibre.stiffness, {}};
     element.shapes[0].setZero();
     for (int i = 0; i < 3; ++i) {
       element.shapes[i + 1] = inverse.row(i).transpose();
       element.shapes[0] -= element.shapes[i + 1];
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      element.fibre_shares[i] = element.shapes[i].dot(fibre.direction.cast<double>());
     }
     elements.push_back(element);
   }

@@ -63,6 +63,15 @@ Eigen::Matrix3d deformation(const Element& element, const Positions& x) {
   return f;
 }
 
+// What has become of the direction of the fibres.
+Eigen::Vector3d stretched_fibre(const Element& element, const Positions& x) {
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    along += element.fibre_shares[i] * x[element.vertices[i]];
+  }
+  return along;
+}
+
 double pressure_of(const Element& element, double volume_ratio) {
   return element.moduli.lambda * (volume_ratio - 1) - element.moduli.mu;
 }
@@ -135,7 +144,9 @@ double StaticEnergy::value(const Positions& x) const {
     const Eigen::Matrix3d f = deformation(element, x);
     const auto [mu, lambda] = element.moduli;
     const double excess = f.determinant() - 1 - mu / lambda;
-    energy += element.volume * (0.5 * mu * (f.squaredNorm() - 3) + 0.5 * lambda * excess * excess);
+    const double tension = std::max(0.0, stretched_fibre(element, x).norm() - 1);
+    energy += element.volume * (0.5 * mu * (f.squaredNorm() - 3) + 0.5 * lambda * excess * excess +
+                                0.5 * element.fibre_stiffness * tension * tension);
   }
   for_each_bar(bars_, x, [&](const Bar& bar, const Eigen::Vector3d&, double length) {
     energy += 0.5 * bar.stiffness * (length - bar.rest_length) * (length - bar.rest_length);
@@ -165,9 +176,13 @@ Positions StaticEnergy::all_forces(const Positions& x) const {
     const VolumeRatio ratio(x, element.vertices, element.volume);
     const Eigen::Matrix3d f = deformation(element, x);
     const double pressure = pressure_of(element, ratio.value);
+    const Eigen::Vector3d along = stretched_fibre(element, x);
+    const double slack = std::max(0.0, 1 - 1 / along.norm());
     for (int i = 0; i < 4; ++i) {
-      result[element.vertices[i]] -= element.volume * (element.moduli.mu * (f * element.shapes[i]) +
-                                                       pressure * ratio.gradient[i]);
+      result[element.vertices[i]] -=
+          element.volume *
+          (element.moduli.mu * (f * element.shapes[i]) + pressure * ratio.gradient[i] +
+           element.fibre_stiffness * slack * element.fibre_shares[i] * along);
     }
   }
   for_each_bar(bars_, x, [&](const Bar& bar, const Eigen::Vector3d& d, double length) {
@@ -206,12 +221,19 @@ Eigen::SparseMatrix<double> StaticEnergy::hessian(const Positions& x) const {
   for (const Element& element : elements_) {
     const VolumeRatio ratio(x, element.vertices, element.volume);
     const double pressure = pressure_of(element, ratio.value);
+    const Eigen::Vector3d along = stretched_fibre(element, x);
+    Eigen::Matrix3d fibres = Eigen::Matrix3d::Zero();  // Pa
+    if (const double length = along.norm(); length > 1) {
+      fibres = element.fibre_stiffness *
+               ((1 - 1 / length) * one + along * along.transpose() / (length * length * length));
+    }
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
         const double shear = element.moduli.mu * element.shapes[i].dot(element.shapes[j]);
         add(element.vertices[i], element.vertices[j],
             element.volume *
-                (shear * one + pressure * ratio.second[i][j] +
+                (shear * one + element.fibre_shares[i] * element.fibre_shares[j] * fibres +
+                 pressure * ratio.second[i][j] +
                  element.moduli.lambda * ratio.gradient[i] * ratio.gradient[j].transpose()));
       }
     }

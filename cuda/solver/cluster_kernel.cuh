@@ -34,8 +34,9 @@ constexpr int kRoundBarrier = 1;    // of all threads
 constexpr int kProjectBarrier = 2;  // of those that project
 
 static_assert(
-    std::size(kClusterShapes) == 7,
-    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone");
+    std::size(kClusterShapes) == 8,
+    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone, and "
+    "fibres, which no device steps");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {

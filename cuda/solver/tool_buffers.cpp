@@ -125,7 +125,7 @@ void ToolBuffers::write_substep(const CopyState& copy, Index substep, StepInput*
       }
     }
     for (const Attachment& held : tool.attachments) {
-      *attachment++ = {load(held.target), held.compliance};
+      *attachment++ = {load(held.target), copy.grasp_compliance(held)};
     }
   }
 }
@@ -167,11 +167,13 @@ bool write_lengths(const SolverData& data, const CopyState& copy, StepInput& inp
   input.motion = first.motion;
   input.substep = first.lengths;
   input.past_share = first.past_share;
-  input.force_per_multiplier = part.force_per_multiplier(first.lengths.inverse_dt_squared);
+  input.force_per_multiplier =
+      copy.factors.stiffness * part.force_per_multiplier(first.lengths.inverse_dt_squared);
   input.later_motion = later.motion;
   input.later_substep = later.lengths;
   input.later_past_share = later.past_share;
-  input.later_force_per_multiplier = part.force_per_multiplier(later.lengths.inverse_dt_squared);
+  input.later_force_per_multiplier =
+      copy.factors.stiffness * part.force_per_multiplier(later.lengths.inverse_dt_squared);
   return part.division.substeps > 1 &&
          (!are_alike(first.motion, later.motion) || first.lengths != later.lengths ||
           first.past_share != later.past_share);

@@ -178,6 +178,7 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
     case DeviceArray::volumes:
     case DeviceArray::joints:
     case DeviceArray::neo_hookeans:
+    case DeviceArray::fibres:
     case DeviceArray::membranes:
     case DeviceArray::strain_limits:
     case DeviceArray::bendings:

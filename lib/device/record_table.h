@@ -23,13 +23,14 @@ enum class Holder : std::uint8_t {
   distance,
   volume,
   neo_hookean,
+  fibre,
   membrane,
   strain_limit,
   bending,
   stiff_link,
   tube
 };
-inline constexpr int kHolderCount = 8;
+inline constexpr int kHolderCount = 9;
 
 /// Of constraints of a kind.
 [[nodiscard]] constexpr Holder holder_of(PhaseKind kind) noexcept {
@@ -38,6 +39,8 @@ inline constexpr int kHolderCount = 8;
       return Holder::distance;
     case PhaseKind::neo_hookean:
       return Holder::neo_hookean;
+    case PhaseKind::fibre:
+      return Holder::fibre;
     case PhaseKind::membrane:
       return Holder::membrane;
     case PhaseKind::strain_limit:
@@ -64,6 +67,8 @@ inline constexpr int kHolderCount = 8;
       return DeviceArray::distances;
     case PhaseKind::neo_hookean:
       return DeviceArray::neo_hookeans;
+    case PhaseKind::fibre:
+      return DeviceArray::fibres;
     case PhaseKind::membrane:
       return DeviceArray::membranes;
     case PhaseKind::strain_limit:

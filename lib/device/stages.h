@@ -23,6 +23,7 @@ enum class DeviceArray : std::uint32_t {
   volumes,
   joints,
   neo_hookeans,
+  fibres,  ///< none yet: no device steps them
   membranes,
   strain_limits,
   bendings,
@@ -52,7 +53,7 @@ enum class DeviceArray : std::uint32_t {
   coarse_member_places,
   coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 33;
+inline constexpr int kDeviceArrayCount = 34;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -52,6 +52,7 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
       }
     }
     now.past_substep = before.past_substep;
+    now.factors = before.factors;
     now.tools = before.tools;
     for (ToolState& tool : now.tools) {
       for (Attachment& held : tool.attachments) {
@@ -72,6 +73,7 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
   to.reserve_tools();
   to.step_in_flight = from.step_in_flight;
   to.report = renumbered(from.report, ids);
+  set_substep_rule(to.substep_rule, to);
   to.rebuild_plan();
   to.plan.phases.reserve(to.plan.phases.size() + static_cast<std::size_t>(from.custom.count()));
 }

@@ -94,6 +94,26 @@ void add_tet(const VertexTet& tet, Ending& ending) {
   }
 }
 
+void add_fibre(const VertexTet& tet, Ending& ending) {
+  const auto& x = ending.end;
+  Vector stretched;
+  for (std::size_t k = 0; k < 3; ++k) {
+    stretched =
+        stretched + double{tet.fibre_shares[k]} * (x[tet.vertices[k + 1]] - x[tet.vertices[0]]);
+  }
+  const double length = norm(stretched);
+  if (length <= 1) {
+    return;
+  }
+  const Vector pull = (tet.fibre_stiffness * (length - 1) / length) * stretched;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector force = double{tet.fibre_shares[k]} * pull;
+    Vector &end = ending.forces[tet.vertices[k + 1]], &start = ending.forces[tet.vertices[0]];
+    end = end - force;
+    start = start + force;
+  }
+}
+
 void add_triangle(const VertexTriangle& triangle, Ending& ending) {
   const auto& v = triangle.vertices;
   const auto pull_in = [&](const std::vector<Vector>& x, std::size_t corner) {
@@ -131,6 +151,9 @@ void add_hinge(const VertexHinge& hinge, Ending& ending) {
 void add_vertex_blocks(const SolverData& data, Ending& ending) {
   for (const VertexTet& tet : data.vertex_blocks.tets()) {
     add_tet(tet, ending);
+    if (tet.fibre_stiffness > 0) {
+      add_fibre(tet, ending);
+    }
   }
   for (const VertexSpring& spring : data.vertex_blocks.springs()) {
     const auto [a, b] = spring.vertices;
@@ -253,7 +276,7 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   }
   check_step(dt);
   data.fetch_state(copy);
-  const StepDivision division = divide_step(dt, data.substep_rule, data.options);
+  const StepDivision division = divide_step(dt, data.rule_of_copies(), data.options);
   const float h = dt / static_cast<float>(division.substeps);
 
   data.custom.begin_step(data);
@@ -305,6 +328,8 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
 
   // what drag adds to BDF2's inertia
   const double drag = has_past(data.options) ? 1 + double{data.options.damping} * reach : 1;
+  const double inertia = drag * double{now.factors.density} / (ending.h * ending.h);
+  const double stiffness = now.factors.stiffness;
   std::vector<Convergence> bodies(data.tissue->bodies().size());
   for (std::size_t v = 0; v < count; ++v) {
     const Index place = data.place_of_vertex[v];
@@ -318,8 +343,8 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
     const Vector flight = to_double(
         flight_of(motion, departure.rounding, flying_velocity(motion, departure.velocity, w)));
     const Vector way = to_double(load(scratch.displacements[place]));
-    const Vector& force = ending.forces[place];
-    const Vector residual = (drag / (double{w} * ending.h * ending.h)) * (flight - way) + force;
+    const Vector force = stiffness * ending.forces[place];
+    const Vector residual = (inertia / double{w}) * (flight - way) + force;
     Convergence& body = bodies[data.tissue->body_of_vertex(static_cast<Index>(v))];
     body.residual += dot(residual, residual);
     body.elastic += dot(force, force);

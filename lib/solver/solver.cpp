@@ -92,7 +92,7 @@ void Solver::check_step(float dt) const {
   if (data_->step_in_flight != SolverData::Step::none) {
     throw InvalidArgument("a step was started and not finished: finish_step() comes first");
   }
-  const int substeps = divide_step(dt, data_->substep_rule, data_->options).substeps;
+  const int substeps = divide_step(dt, data_->rule_of_copies(), data_->options).substeps;
   const float h = dt / static_cast<float>(substeps);
   if (!(dt > 0) || !std::isfinite(dt) || !std::isfinite(kLargestCompliance / (h * h))) {
     std::ostringstream text;

@@ -19,6 +19,13 @@ void Solver::add_constraints(std::shared_ptr<CustomConstraints> set) {
     throw InvalidArgument("constraint set '" + set->name() +
                           "' is projected in sweeps; explicit steps have none");
   }
+  for (Index i = 0; i < data_->copy_count(); ++i) {
+    if (data_->copy(i).factors.change_material()) {
+      throw InvalidArgument("constraint set '" + set->name() +
+                            "' does not know the material that " + "copy " + std::to_string(i) +
+                            " has of its own");
+    }
+  }
   if (data_->backend->keeps_state()) {
     throw BackendUnavailable("constraint set '" + set->name() + "' is called on a CPU; " +
                              backend_name() + " steps without such calls");

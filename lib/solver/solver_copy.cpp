@@ -80,6 +80,7 @@ CopyState without_tools(CopyState state) {
   state.attachment_colors = 0;
   state.watched_positions.clear();
   state.last_report = {};
+  state.factors = {};
   return state;
 }
 
@@ -149,7 +150,7 @@ SolverMotion motion_of(const Solver& solver) {
   SolverMotion motion;
   const SolverData& data = solver_data(solver);
   for (Index i = 0; i < data.copy_count(); ++i) {
-    motion.copies.push_back({solver.snapshot(i), {}, {}, {}});  // waits for a step that runs
+    motion.copies.push_back({solver.snapshot(i), {}, {}, {}, {}});  // waits for a step that runs
     SolverMotion::OfCopy& own = motion.copies.back();
     const CopyState& state = data.copy(i);
     own.tools = state.tools;
@@ -159,6 +160,7 @@ SolverMotion motion_of(const Solver& solver) {
     }
     own.watched_positions = state.watched_positions;
     own.report = state.last_report;
+    own.factors = state.factors;
   }
   motion.watched_places = data.watched_places;
   motion.steps_since_convergence = data.steps_since_convergence;
@@ -187,6 +189,7 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
     state.color_attachments();
     state.watched_positions = own.watched_positions;
     state.last_report = own.report;
+    solver.set_factors(own.factors, i);
   }
   data.reserve_tools();
   data.changes.tools = data.changes.watched = true;

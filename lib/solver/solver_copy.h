@@ -59,6 +59,7 @@ struct SolverMotion {
     std::vector<ToolState> tools;
     std::vector<Eigen::Vector3f> watched_positions;
     StepReport report;
+    CopyFactors factors;
   };
   std::vector<OfCopy> copies;
   std::vector<Index> watched_places;

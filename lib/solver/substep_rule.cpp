@@ -60,9 +60,10 @@ double wave_modulus(const Material& material, double volume, double edge) {
 }
 
 // s, in which a wave of pressure crosses an edge.
-// @param volume  m^3, of a tetrahedron, or a triangle of a sheet, in the mean
+// @param volume     m^3, of a tetrahedron, or a triangle of a sheet, in the mean
 // @param stiffness  times that of the material
-double crossing_time(const Body& body, float stiffness, double volume) {
+// @param fibre      Pa, of fibres, along which it runs
+double crossing_time(const Body& body, float stiffness, float fibre, double volume) {
   const Material& material = body.material;
   if (is_sheet(body)) {  // in plane stress, of an equilateral one
     const double ratio = material.poissons_ratio;
@@ -71,8 +72,8 @@ double crossing_time(const Body& body, float stiffness, double volume) {
            std::sqrt(material.density * (1 - ratio * ratio) / double{material.youngs_modulus});
   }
   const double edge = std::cbrt(6 * std::numbers::sqrt2 * volume);  // of a regular one
-  return edge *
-         std::sqrt(material.density / (double{stiffness} * wave_modulus(material, volume, edge)));
+  const double modulus = double{stiffness} * wave_modulus(material, volume, edge) + double{fibre};
+  return edge * std::sqrt(material.density / modulus);
 }
 
 [[noreturn]] void refuse(const Body& body, const std::string& what, const SolverOptions& options) {
@@ -104,6 +105,7 @@ struct BodyVolume {
   double volume = 0;    // m^3
   Index count = 0;      // of tetrahedra, or triangles of a sheet
   float stiffness = 1;  // of the stiffest of them, times that of the material
+  float fibre = 0;      // Pa, of the stiffest fibres
 };
 
 // s, a substep of one sweep, or of kCorrectedSweeps with a correction.
@@ -133,13 +135,14 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options, 
   const double given = has_sweeps ? options.iterations : least;
   double shortest = options.longest_step, friction = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const auto [volume, count, stiffness] = volume_of(b);
+    const auto [volume, count, stiffness, fibre] = volume_of(b);
     if (count == 0) {
       continue;
     }
     const Body& body = bodies[b];
     const bool has_modes = is_corrected && !is_sheet(body);
-    double limit = limit_of(crossing_time(body, stiffness, volume / count), options, has_modes);
+    double limit =
+        limit_of(crossing_time(body, stiffness, fibre, volume / count), options, has_modes);
     if (!(limit > 0)) {
       throw InvalidArgument("body '" + body.name +
                             "' has springs of compliance 0: no substep is short enough for them; "
@@ -169,7 +172,7 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options, 
 
 // Tetrahedra or triangles that a body came with, also those that have gone since.
 BodyVolume volume_as_it_came(const Tissue& tissue, const Body& body) {
-  BodyVolume whole{0, body.tet_count, 1};
+  BodyVolume whole{0, body.tet_count};
   for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
     whole.volume += tissue.tet_mass(t) / body.material.density;
   }
@@ -194,6 +197,7 @@ SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
       body.volume += tet_volume(tissue.rest_positions(), tissue.tets()[t]);
       body.stiffness =
           body.count == 0 ? tissue.stiffness(t) : std::max(body.stiffness, tissue.stiffness(t));
+      body.fibre = std::max(body.fibre, tissue.fibre(t).stiffness);
       ++body.count;
     }
   }
@@ -222,7 +226,7 @@ SubstepRule stiff_link_rule(const Tissue& tissue, const SolverOptions& options) 
     const Body& body = tissue.bodies()[b];
     if (limits[b] < 0 && (body.tet_count > 0 || is_sheet(body))) {
       const BodyVolume whole = volume_as_it_came(tissue, body);
-      limits[b] = limit_of(crossing_time(body, 1, whole.volume / whole.count), options, false);
+      limits[b] = limit_of(crossing_time(body, 1, 0, whole.volume / whole.count), options, false);
     }
     return limits[b];
   };
@@ -245,10 +249,11 @@ SubstepRule stiff_link_rule(const Tissue& tissue, const SolverOptions& options) 
 SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) {
   return rule_of(new_bodies.bodies(), options, false, [&](std::size_t b) {
     const Body& body = new_bodies.bodies()[b];
-    BodyVolume sum{0, body.tet_count, 0};
+    BodyVolume sum{.count = body.tet_count, .stiffness = 0};
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       sum.volume += tet_volume(new_bodies.positions(), new_bodies.tets()[t]);
       sum.stiffness = std::max(sum.stiffness, new_bodies.stiffnesses()[t]);
+      sum.fibre = std::max(sum.fibre, new_bodies.fibres()[t].stiffness);
     }
     for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
       sum.volume +=
@@ -262,14 +267,21 @@ SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) 
 
 SubstepRule substep_rule(const Tissue& tissue, const TopologyEdit& edit,
                          const SolverOptions& options) {
-  std::vector<BodyVolume> bodies(edit.stiffnesses.empty() ? 0 : tissue.bodies().size());
+  const bool changes_none = edit.stiffnesses.empty() && edit.fibres.empty();
+  std::vector<BodyVolume> bodies(changes_none ? 0 : tissue.bodies().size());
   for (const StiffnessChange& change : edit.stiffnesses) {
     BodyVolume& body = bodies[tissue.body_of_tet(change.tet)];
     body.stiffness = std::max(body.stiffness, change.factor);
+    body.fibre = std::max(body.fibre, tissue.fibre(change.tet).stiffness);
+  }
+  for (const FibreChange& change : edit.fibres) {
+    BodyVolume& body = bodies[tissue.body_of_tet(change.tet)];
+    body.stiffness = std::max(body.stiffness, tissue.stiffness(change.tet));
+    body.fibre = std::max(body.fibre, change.fibre.stiffness);
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = tissue.bodies()[b];
-    if (bodies[b].stiffness > 1) {
+    if (bodies[b].stiffness > 1 || bodies[b].fibre > 0) {
       const BodyVolume whole = volume_as_it_came(tissue, body);
       bodies[b].volume = whole.volume;
       bodies[b].count = whole.count;
@@ -282,6 +294,11 @@ SubstepRule substep_rule(const Tissue& tissue, const TopologyEdit& edit,
 
 SubstepRule both(const SubstepRule& a, const SubstepRule& b) noexcept {
   return {std::min(a.longest, b.longest), std::max(a.friction, b.friction)};
+}
+
+SubstepRule hastened(const SubstepRule& rule, double haste) noexcept {
+  return {static_cast<float>(rule.longest / std::sqrt(haste)),
+          static_cast<float>(rule.friction * haste)};
 }
 
 void check_explicit_step(float dt, const SubstepRule& rule, const SolverOptions& options) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "lib/base/check.h"
+#include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -12,19 +13,22 @@ namespace {
 
 using Constraint = NeoHookeanConstraint;
 
+// Of the scene.
 // @param sides  m, from the first vertex, in columns
-TetStress stress_of(const ConstraintRecord<Constraint>& record, const Eigen::Matrix3d& sides) {
-  Eigen::Matrix3d inverse;
-  for (int i = 0; i < 9; ++i) {
-    inverse(i / 3, i % 3) = record.parameters[Constraint::kInverseShape + i];
-  }
+TetStress stress_of(const ConstraintRecord<Constraint>& record, const Fibre& fibre,
+                    const Eigen::Matrix3d& sides) {
+  const Eigen::Matrix3d inverse = inverse_shape(record);
   const double ratio = record.parameters[Constraint::kRatio];
   const double mu = record.parameters[Constraint::kStiffness] * 6 * inverse.determinant();
   const Eigen::Matrix3d deformation = sides * inverse;
   const double volume = deformation.determinant();
   const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d stress =
+  Eigen::Matrix3d stress =
       mu / volume * (deformation * deformation.transpose()) - mu * (1 + ratio * (1 - volume)) * one;
+  const Eigen::Vector3d along = deformation * fibre.direction.cast<double>();
+  if (const double stretch = along.norm(); stretch > 1) {
+    stress += fibre.stiffness * (stretch - 1) / (stretch * volume) * (along * along.transpose());
+  }
   return {deformation.cast<float>(),
           (0.5 * (deformation.transpose() * deformation - one)).cast<float>(),
           stress.cast<float>()};
@@ -55,7 +59,8 @@ std::vector<TetStress> tet_stresses(const Solver& solver, std::span<const Index>
     for (std::size_t k = 0; k < 3; ++k) {
       sides.col(static_cast<Eigen::Index>(k)) = (x[4 * i + k + 1] - x[4 * i]).cast<double>();
     }
-    stresses.push_back(stress_of(solids.record(tets[i]), sides));
+    stresses.push_back(stress_of(solids.record(tets[i]), tissue.fibre(tets[i]), sides));
+    stresses.back().stress *= solver.factors(copy).stiffness;
   }
   return stresses;
 }

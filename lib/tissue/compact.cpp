@@ -127,6 +127,7 @@ std::unique_ptr<TissueData> copy_of_elements(const TissueData& data) {
   copy->tet_alive = data.tet_alive;
   copy->tet_masses = data.tet_masses;
   copy->stiffnesses = data.stiffnesses;
+  copy->fibres = data.fibres;
   copy->triangles = data.triangles;
   copy->triangle_alive = data.triangle_alive;
   copy->triangle_masses = data.triangle_masses;
@@ -164,6 +165,7 @@ Scene scene_of(const TissueData& data) {
   scene.tets_ = vector_of(data.tets);
   scene.triangles_ = vector_of(data.triangles);
   scene.stiffnesses_ = vector_of(data.stiffnesses);
+  scene.fibres_ = vector_of(data.fibres);
   scene.links_ = vector_of(data.links);
   scene.hinges_ = vector_of(data.hinges);
   scene.gravity_ = data.gravity;
@@ -183,6 +185,7 @@ std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   made.tet_alive = UndoArray(std::vector<std::uint8_t>(tet_count, 1));
   made.tet_masses = moved_array(ids.tets, tet_count, data.tet_masses);
   made.stiffnesses = moved_array(ids.tets, tet_count, data.stiffnesses);
+  made.fibres = moved_array(ids.tets, tet_count, data.fibres);
   made.triangles = moved_corners(ids.triangles, ids, data.triangles);
   const auto triangle_count = static_cast<std::size_t>(made.triangles.size());
   made.triangle_alive = UndoArray(std::vector<std::uint8_t>(triangle_count, 1));

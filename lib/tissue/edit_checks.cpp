@@ -119,6 +119,20 @@ void check_stiffnesses(TissueData& data, const TopologyEdit& edit) {
   }
 }
 
+void check_fibres(TissueData& data, const TopologyEdit& edit) {
+  std::vector<Index>& ids = data.buffer;
+  ids.clear();
+  for (const FibreChange& change : edit.fibres) {
+    ids.push_back(change.tet);
+  }
+  check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
+  for (const FibreChange& change : edit.fibres) {
+    const std::string what = name_of("tet", change.tet);
+    check_fibre(what, change.fibre);
+    check_takes_fibres(what, data.bodies[data.body_of_tet(change.tet)]);
+  }
+}
+
 void check_link_lengths(TissueData& data, const TopologyEdit& edit) {
   std::vector<Index>& ids = data.buffer;
   ids.clear();
@@ -457,6 +471,7 @@ void check_edit(TissueData& data, const TopologyEdit& edit) {
   check_removals(data, edit);
   check_rest_values(data, edit);
   check_stiffnesses(data, edit);
+  check_fibres(data, edit);
   check_link_lengths(data, edit);
   check_new_vertices(data, edit);
   if (!edit.corner_moves.empty() || !edit.link_moves.empty()) {

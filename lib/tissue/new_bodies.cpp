@@ -58,8 +58,8 @@ void add_tets(TissueData& data, const Scene& scene, const FirstIds& first) {
         data.edge_tets.set(edge, data.edge_tets[edge] + 1);
       }
       const double mass = body.material.density * tet_volume(scene.positions(), scene.tets()[t]);
-      const Index id =
-          data.add_tet(vertices, first_body + static_cast<Index>(b), mass, scene.stiffnesses()[t]);
+      const Index id = data.add_tet(vertices, first_body + static_cast<Index>(b), mass,
+                                    scene.stiffnesses()[t], scene.fibres()[t]);
       data.set_tet(id, vertices, edges_of_tet);
       for (const Index v : vertices) {
         data.vertex_tets.insert(v, id);

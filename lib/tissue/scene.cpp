@@ -156,6 +156,26 @@ void check_stiffness_factor(const std::string& what, float factor) {
   }
 }
 
+void check_fibre(const std::string& what, const Fibre& fibre) {
+  constexpr float kNear = 1e-3F;
+  const float length = fibre.direction.norm();
+  if (!(std::abs(length - 1) <= kNear)) {
+    throw InvalidArgument(what + ": the direction of its fibres has length " + describe(length) +
+                          "; it must be 1");
+  }
+  if (!(fibre.stiffness >= 0) || !std::isfinite(fibre.stiffness)) {
+    throw InvalidArgument(what + ": the stiffness of its fibres is " + describe(fibre.stiffness) +
+                          " Pa; it must be >= 0 and finite");
+  }
+}
+
+void check_takes_fibres(const std::string& what, const Body& body) {
+  if (body.tet_count == 0 || body.material.model != ElasticModel::neo_hookean) {
+    throw InvalidArgument(what + " of body '" + body.name +
+                          "' cannot have fibres: only Neo-Hookean tetrahedra do");
+  }
+}
+
 void check_has_moduli(const std::string& what, const Body& body) {
   if (is_sheet(body)) {
     throw InvalidArgument(what + " belongs to body '" + body.name +
@@ -202,6 +222,7 @@ BodyId Scene::add_body(std::string name, const TetMesh& mesh, const Material& ma
     tets_.push_back(tet);
   }
   stiffnesses_.resize(tets_.size(), 1);
+  fibres_.resize(tets_.size());
   return BodyId(static_cast<Index>(bodies_.size()) - 1);
 }
 
@@ -288,6 +309,20 @@ void Scene::set_stiffnesses(Index body_index, std::span<const float> factors) {
   std::ranges::copy(factors, stiffnesses_.begin() + where.first_tet);
 }
 
+void Scene::set_fibres(Index body_index, std::span<const Fibre> fibres) {
+  const Body& where = body(body_index);
+  check_takes_fibres("tissue", where);
+  if (fibres.size() != static_cast<std::size_t>(where.tet_count)) {
+    throw InvalidArgument("body '" + where.name + "' has " + std::to_string(where.tet_count) +
+                          " tetrahedra and got " + std::to_string(fibres.size()) +
+                          " fibres; it needs one each");
+  }
+  for (std::size_t t = 0; t < fibres.size(); ++t) {
+    check_fibre("body '" + where.name + "': tet " + std::to_string(t), fibres[t]);
+  }
+  std::ranges::copy(fibres, fibres_.begin() + where.first_tet);
+}
+
 Index Scene::add_link(const Link& link) {
   const std::string what = "link " + std::to_string(links_.size());
   check_link(what, link, vertex_count());
@@ -318,6 +353,7 @@ void Scene::append(const Scene& other) {
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       both.tets_.push_back(other.tets_[t]);
       both.stiffnesses_.push_back(other.stiffnesses_[t]);
+      both.fibres_.push_back(other.fibres_[t]);
     }
   }
   for (auto tet = both.tets_.begin() + first_tet; tet != both.tets_.end(); ++tet) {

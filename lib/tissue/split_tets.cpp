@@ -24,8 +24,9 @@ Index find_live_edge(const TissueData& data, Index a, Index b) {
 }
 
 void add_part(TissueData& data, const NewTet& tet, double share) {
-  const Index id = data.add_tet(tet.vertices, data.body_of_tet(tet.parent),
-                                share * data.tet_masses[tet.parent], data.stiffnesses[tet.parent]);
+  const Index id =
+      data.add_tet(tet.vertices, data.body_of_tet(tet.parent), share * data.tet_masses[tet.parent],
+                   data.stiffnesses[tet.parent], data.fibres[tet.parent]);
   TetEdges edges;
   for (std::size_t e = 0; e < 6; ++e) {
     const auto [i, j] = kTetEdges[e];

@@ -54,6 +54,7 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
   data.tet_masses = UndoArray(std::move(tet_masses));
   data.stiffnesses =
       UndoArray(std::vector<float>(scene.stiffnesses().begin(), scene.stiffnesses().end()));
+  data.fibres = UndoArray(std::vector<Fibre>(scene.fibres().begin(), scene.fibres().end()));
   data.triangles =
       UndoArray(std::vector<Triangle>(scene.triangles().begin(), scene.triangles().end()));
   data.triangle_alive = UndoArray(std::vector<std::uint8_t>(scene.triangles().size(), 1));
@@ -108,7 +109,7 @@ std::size_t bytes_of(const TissueChange& change) {
   };
   const TopologyEdit& edit = change.edit;
   return sum(edit.remove_tets, edit.remove_triangles, edit.remove_links, edit.remove_bodies,
-             edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.link_lengths,
+             edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.fibres, edit.link_lengths,
              edit.fix_vertices, edit.unfix_vertices, edit.new_vertices, edit.corner_moves,
              edit.triangle_moves, edit.link_moves, edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
@@ -144,6 +145,9 @@ void carry_out(TissueData& data, const TopologyEdit& edit) {
   }
   for (const StiffnessChange& change : edit.stiffnesses) {
     data.stiffnesses.set(change.tet, change.factor);
+  }
+  for (const FibreChange& change : edit.fibres) {
+    data.fibres.set(change.tet, change.fibre);
   }
   for (const LinkLengthChange& change : edit.link_lengths) {
     Link link = data.links[change.link];
@@ -389,6 +393,11 @@ float Tissue::stiffness(Index tet) const {
   return data_->stiffnesses[tet];
 }
 
+const Fibre& Tissue::fibre(Index tet) const {
+  check_id("tet", tet, data_->tets.values().size());
+  return data_->fibres[tet];
+}
+
 std::span<const Triangle> Tissue::triangles() const noexcept {
   return data_->triangles.values();
 }
@@ -451,6 +460,7 @@ void Tissue::reserve(std::size_t vertices, std::size_t tets, std::size_t edges, 
   data.tet_alive.reserve(tets, tets);
   data.tet_masses.reserve(tets);
   data.stiffnesses.reserve(tets, tets);
+  data.fibres.reserve(tets, tets);
   data.later_tet_bodies.reserve(tets);
   data.edges.reserve(edges, edges);
   data.edge_tets.reserve(edges, edges);

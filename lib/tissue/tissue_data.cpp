@@ -141,12 +141,14 @@ Index TissueData::add_edge(const Edge& ends) {
   return edges.size() - 1;
 }
 
-Index TissueData::add_tet(const Tet& vertices, Index body, double mass, float stiffness) {
+Index TissueData::add_tet(const Tet& vertices, Index body, double mass, float stiffness,
+                          const Fibre& fibre) {
   tets.push_back(vertices);
   tet_edges.push_back({});
   tet_alive.push_back(1);
   tet_masses.push_back(mass);
   stiffnesses.push_back(stiffness);
+  fibres.push_back(fibre);
   later_tet_bodies.push_back(body);
   return tets.size() - 1;
 }

@@ -41,6 +41,7 @@ struct TissueData {
   UndoArray<std::uint8_t> tet_alive;  // [tet_count]
   UndoArray<double> tet_masses;       // [tet_count] kg
   UndoArray<float> stiffnesses;       // [tet_count] times that of the body's material
+  UndoArray<Fibre> fibres;            // [tet_count]
 
   UndoArray<Triangle> triangles;           // [triangle_count] of sheets
   UndoArray<std::uint8_t> triangle_alive;  // [triangle_count]
@@ -76,7 +77,7 @@ struct TissueData {
     visit(bodies), visit(tissue_counts), visit(later_vertex_bodies), visit(later_tet_bodies);
     visit(rest_positions), visit(fixed), visit(masses), visit(vertex_tets), visit(vertex_links);
     visit(tets), visit(tet_edges), visit(tet_alive), visit(tet_masses);
-    visit(stiffnesses);
+    visit(stiffnesses), visit(fibres);
     visit(triangles), visit(triangle_alive), visit(triangle_masses), visit(vertex_triangles);
     visit(edges), visit(edge_tets), visit(links), visit(link_alive);
     visit(hinges), visit(hinge_alive), visit(vertex_hinges);
@@ -103,7 +104,7 @@ struct TissueData {
   void set_tet(Index tet, const Tet& vertices, const TetEdges& edges_of_tet);
   void add_vertex(const NewVertex& vertex);
   Index add_edge(const Edge& ends);
-  Index add_tet(const Tet& vertices, Index body, double mass, float stiffness);
+  Index add_tet(const Tet& vertices, Index body, double mass, float stiffness, const Fibre& fibre);
   void add_triangle(const Triangle& vertices, double mass);
   void add_link(const Link& link);
   void add_hinge(const Hinge& hinge);

@@ -31,6 +31,7 @@ struct BodyRecord {
   std::vector<Triangle> triangles;         ///< of a sheet
   float thickness = 0;                     ///< m, of a sheet; 0: none
   std::vector<float> stiffnesses;          ///< [tet_count], or none where all are 1
+  std::vector<Fibre> fibres;               ///< [tet_count], or none where there are none
   double particle_mass = 0;                ///< kg; 0: not of particles
   std::vector<Index> fixed;                ///< vertices
 };
@@ -159,6 +160,11 @@ void visit_members(Record& entry, Visit& visit) {
 
 // scenes and edits
 
+template <RecordOf<Fibre> Record, class Visit>
+void visit_members(Record& fibre, Visit& visit) {
+  auto& [direction, stiffness] = fibre;
+  visit(direction, stiffness);
+}
 template <RecordOf<Link> Record, class Visit>
 void visit_members(Record& link, Visit& visit) {
   auto& [first, second, rest_length, stiffness] = link;
@@ -171,10 +177,10 @@ void visit_members(Record& hinge, Visit& visit) {
 }
 template <RecordOf<BodyRecord> Record, class Visit>
 void visit_members(Record& body, Visit& visit) {
-  auto& [name, material, positions, tets, triangles, thickness, stiffnesses, particle_mass, fixed] =
-      body;
-  visit(name, material, positions, tets, triangles, thickness, stiffnesses, particle_mass);
-  visit(fixed);
+  auto& [name, material, positions, tets, triangles, thickness, stiffnesses, fibres, particle_mass,
+         fixed] = body;
+  visit(name, material, positions, tets, triangles, thickness, stiffnesses, fibres);
+  visit(particle_mass, fixed);
 }
 template <RecordOf<SceneRecord> Record, class Visit>
 void visit_members(Record& scene, Visit& visit) {
@@ -205,6 +211,11 @@ template <RecordOf<StiffnessChange> Record, class Visit>
 void visit_members(Record& change, Visit& visit) {
   auto& [tet, factor] = change;
   visit(tet, factor);
+}
+template <RecordOf<FibreChange> Record, class Visit>
+void visit_members(Record& change, Visit& visit) {
+  auto& [tet, fibre] = change;
+  visit(tet, fibre);
 }
 template <RecordOf<LinkLengthChange> Record, class Visit>
 void visit_members(Record& change, Visit& visit) {
@@ -239,11 +250,11 @@ void visit_members(Record& tet, Visit& visit) {
 template <RecordOf<TopologyEdit> Record, class Visit>
 void visit_members(Record& edit, Visit& visit) {
   auto& [remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
-         stiffnesses, link_lengths, fix_vertices, unfix_vertices, new_vertices, corner_moves,
-         triangle_moves, link_moves, new_tets, new_links, new_bodies] = edit;
+         stiffnesses, fibres, link_lengths, fix_vertices, unfix_vertices, new_vertices,
+         corner_moves, triangle_moves, link_moves, new_tets, new_links, new_bodies] = edit;
   visit(remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
         stiffnesses);
-  visit(link_lengths);
+  visit(fibres, link_lengths);
   visit(fix_vertices, unfix_vertices, new_vertices, corner_moves, triangle_moves, link_moves);
   visit(new_tets, new_links, new_bodies);
 }
@@ -386,10 +397,15 @@ void visit_members(Record& report, Visit& visit) {
   visit(inverted_tets, non_finite_vertices, first_non_finite, first_non_finite_copy, contacts);
   visit(dropped_contacts, distance_residual, volume_residual, convergence, substeps, stalled);
 }
+template <RecordOf<CopyFactors> Record, class Visit>
+void visit_members(Record& factors, Visit& visit) {
+  auto& [stiffness, density, gravity] = factors;
+  visit(stiffness, density, gravity);
+}
 template <RecordOf<SolverMotion::OfCopy> Record, class Visit>
 void visit_members(Record& copy, Visit& visit) {
-  auto& [snapshot, tools, watched_positions, report] = copy;
-  visit(snapshot, tools, watched_positions, report);
+  auto& [snapshot, tools, watched_positions, report, factors] = copy;
+  visit(snapshot, tools, watched_positions, report, factors);
 }
 template <RecordOf<SolverMotion> Record, class Visit>
 void visit_members(Record& motion, Visit& visit) {

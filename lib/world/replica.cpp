@@ -20,6 +20,12 @@ void Replica::set_forces(std::span<const Index> vertices, std::span<const Eigen:
 void Replica::clear_forces() {
   solver_->clear_forces(id_);
 }
+void Replica::set_factors(const CopyFactors& factors) {
+  solver_->set_factors(factors, id_);
+}
+CopyFactors Replica::factors() const {
+  return solver_->factors(id_);
+}
 Eigen::Vector3f Replica::force(ToolId tool) const {
   return solver_->tool_force(tool, id_);
 }

@@ -175,6 +175,11 @@ void World::set_stiffnesses(BodyId body, std::span<const float> factors) {
   data_->scene.set_stiffnesses(data_->bodies.in_tissue(body), factors);
 }
 
+void World::set_fibres(BodyId body, std::span<const Fibre> fibres) {
+  data_->check_is_scene("where a body has fibres");
+  data_->scene.set_fibres(data_->bodies.in_tissue(body), fibres);
+}
+
 void World::fix(BodyId body, std::span<const Index> vertices) {
   data_->check_is_scene("what is fixed");
   data_->scene.fix_vertices(data_->bodies.in_tissue(body), vertices);

@@ -49,6 +49,9 @@ Scene scene_of(const SceneRecord& record) {
     if (!body.stiffnesses.empty()) {
       scene.set_stiffnesses(id, body.stiffnesses);
     }
+    if (!body.fibres.empty()) {
+      scene.set_fibres(id, body.fibres);
+    }
   }
   std::ranges::for_each(record.links, [&](const Link& link) { scene.add_link(link); });
   std::ranges::for_each(record.hinges, [&](const Hinge& hinge) { scene.add_hinge(hinge); });
@@ -81,6 +84,11 @@ SceneRecord record_of(const Scene& scene) {
     if (std::ranges::any_of(stiffnesses, [](float factor) { return factor != 1; })) {
       own.stiffnesses.assign(stiffnesses.begin(), stiffnesses.end());
     }
+    const auto fibres =
+        scene.fibres().subspan(static_cast<std::size_t>(body.first_tet), own.tets.size());
+    if (std::ranges::any_of(fibres, [](const Fibre& fibre) { return fibre.stiffness > 0; })) {
+      own.fibres.assign(fibres.begin(), fibres.end());
+    }
     if (body.tet_count == 0 && !is_sheet(body) && body.vertex_count > 0) {
       own.particle_mass = scene.masses()[first];
     }
@@ -100,7 +108,7 @@ SceneRecord record_of(const Scene& scene) {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'B', 'D', 'W', 'O', 'R', 'L', 'D'};
-constexpr std::uint32_t kFormatVersion = 3;
+constexpr std::uint32_t kFormatVersion = 4;
 constexpr std::size_t kSizeOffset = kMagic.size() + sizeof(kFormatVersion);
 constexpr std::size_t kHeadBytes = kSizeOffset + sizeof(std::uint64_t);
 constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);

@@ -206,7 +206,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
 
   // prediction
   const float h = kTimeStep / 2;
-  const FreeMotion<float> motion = free_motion(data, h);
+  const FreeMotion<float> motion = free_motion(data, data, h);
   const Substep<float> substep{1 / h, 1 / (h * h)};
   (displaces ? predict_displacements : predict_positions)(step, motion);
   kernels.advance(state, input, false, true, launch);
@@ -385,7 +385,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
 
   // two substeps: prediction, contacts, holds, damping, sweeps, forces, and in between velocities
   const float h = kTimeStep / 2;
-  const FreeMotion<float> motion = free_motion(data, h);
+  const FreeMotion<float> motion = free_motion(data, data, h);
   const Substep<float> lengths{1 / h, 1 / (h * h)};
   StepReport report;
   Index contacts = 0;

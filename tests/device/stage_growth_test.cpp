@@ -87,6 +87,9 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
       case PhaseKind::neo_hookean:
         add_contents(records.of<NeoHookeanConstraint>(), stage, contents);
         break;
+      case PhaseKind::fibre:
+        add_contents(records.of<FibreConstraint>(), stage, contents);
+        break;
       case PhaseKind::membrane:
         add_contents(records.of<MembraneConstraint>(), stage, contents);
         break;
@@ -229,7 +232,7 @@ TEST_CASE("cuda growth: stages that follow any edits and their undo are as if ma
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     const std::vector<std::uint8_t> bytes = pbdsurg::testing::random_bytes(seed, 400);
     Choices choices(bytes);
-    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes());
+    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes_of_devices());
     SolverOptions options = choices.one_of(pbdsurg::testing::edit_options(scene));
     options.executor = pbdsurg::testing::fake_device();
     const Index spare = choices.one_of(std::array{0, 0, 20, 2000});

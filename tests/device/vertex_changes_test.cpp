@@ -136,6 +136,7 @@ struct HostRows {
       case DeviceArray::volumes:
       case DeviceArray::joints:
       case DeviceArray::neo_hookeans:
+      case DeviceArray::fibres:
       case DeviceArray::membranes:
       case DeviceArray::strain_limits:
       case DeviceArray::bendings:

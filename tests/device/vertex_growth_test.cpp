@@ -370,7 +370,7 @@ TEST_CASE("cuda vertex growth: what follows any edits and their undo is as if ma
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     const std::vector<std::uint8_t> bytes = pbdsurg::testing::random_bytes(seed, 400);
     Choices choices(bytes);
-    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes());
+    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes_of_devices());
     SolverOptions options = pbdsurg::testing::small_steps(
         {.method = SolverMethod::vertex_block, .executor = pbdsurg::testing::fake_device()});
     const auto parts = static_cast<Index>(choices.one_of(std::array{4, 8, 16}));

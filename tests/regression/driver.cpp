@@ -43,6 +43,8 @@ int number_of(PhaseKind kind) {
       return 10;
     case PhaseKind::membrane:
       return 11;
+    case PhaseKind::fibre:
+      return 12;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

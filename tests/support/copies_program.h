@@ -196,6 +196,17 @@ inline std::string describe(const std::vector<Eigen::Vector3f>& copy,
   return text.str();
 }
 
+/// Every other copy has a gravity of its own, and a material where the options allow that.
+inline CopyFactors factors_of(Index copy, const SolverOptions& options) {
+  if (copy % 2 == 0) {
+    return {};
+  }
+  const float more = 1 + 0.1F * static_cast<float>(copy % 7);
+  return options.mode == ProjectionMode::fraction
+             ? CopyFactors{.gravity = more}
+             : CopyFactors{.stiffness = 0.7F * more, .density = 1 / more, .gravity = more};
+}
+
 /// @param options  of the solver of copies
 /// @param alone    of the solvers of one
 inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options,
@@ -208,6 +219,8 @@ inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options
   for (Index i = 0; i < copies; ++i) {
     singles.push_back(std::make_unique<Solver>(scene, alone));
     program.begin(*singles.back());
+    solver.set_factors(factors_of(i, options), i);
+    singles.back()->set_factors(factors_of(i, options));
   }
 
   CopiesComparison result;

@@ -368,8 +368,13 @@ void EditMaker::fix_some() {
     const Body& body = solver_.tissue().bodies()[solver_.tissue().body_of_tet(t)];
     return body.material.model != ElasticModel::neo_hookean;
   });
-  for (const Index t : pick_some(std::move(solids), 5, choices_)) {
+  for (const Index t : pick_some(solids, 5, choices_)) {
     edit_.stiffnesses.push_back({t, 0.5F * static_cast<float>(1 + choices_.below(5))});
+  }
+  if (has_fibres(solver_.tissue())) {
+    for (const Index t : pick_some(std::move(solids), 5, choices_)) {
+      edit_.fibres.push_back({t, make_fibre(choices_)});
+    }
   }
   const auto is_free = [&](Index l) { return is_link_free(l); };
   for (const Index l : pick_some(find_all(solver_.tissue().links().size(), is_free), 3, choices_)) {

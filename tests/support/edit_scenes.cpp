@@ -138,6 +138,25 @@ EditScene make_sheets() {
   return {"sheets", std::move(scene)};
 }
 
+EditScene make_fibres() {
+  const TetMesh muscle = make_box({2, 2, 2}, kEdge, 0.1, 9);
+  const TetMesh plain = make_box({2, 1, 1}, kEdge, 0.1, 10);
+  Scene scene;
+  scene.add_body("muscle", muscle, {.model = ElasticModel::neo_hookean, .damping = 1e-3F});
+  scene.add_body("plain", plain, {.model = ElasticModel::neo_hookean, .max_stretch = 1.3F});
+  std::vector<Fibre> fibres(muscle.tets().size());
+  for (std::size_t t = 0; t < fibres.size(); ++t) {  // of two directions, and a third without
+    fibres[t] = {t % 2 == 0 ? Eigen::Vector3f(0, 0.6F, 0.8F) : Eigen::Vector3f(1, 0, 0),
+                 t % 3 == 0 ? 0 : 1e3F * static_cast<float>(t % 5 + 1)};
+  }
+  scene.set_fibres(0, fibres);
+  for (Index v = 0; v < 4; ++v) {
+    scene.add_link({v, muscle.vertex_count() + v, 1e-3F, kLink});
+  }
+  scene.fix_vertices(0, std::array<Index, 3>{0, 1, 2});
+  return {"fibres", std::move(scene)};
+}
+
 EditScene make_joined_bodies() {
   const TetMesh lower = make_box({2, 2, 1}, kEdge, 0.1, 5);
   std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
@@ -168,9 +187,14 @@ const std::vector<EditScene>& edit_scenes() {
     all.push_back(make_joined_bodies());
     all.push_back(make_hinged_bodies());
     all.push_back(make_sheets());
+    all.push_back(make_fibres());
     return all;
   }();
   return scenes;
+}
+
+std::span<const EditScene> edit_scenes_of_devices() {
+  return std::span(edit_scenes()).first(edit_scenes().size() - 1);  // no fibres
 }
 
 std::vector<SolverOptions> edit_options(const EditScene& scene) {

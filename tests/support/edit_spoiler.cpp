@@ -41,7 +41,7 @@ class Spoiler {
                          [&](Index v) { return !data_.tissue->tets_at(v).empty(); })) {}
 
   bool spoil() {
-    switch (choices_.below(13)) {
+    switch (choices_.below(14)) {
       case 0:
         return spoil_removal();
       case 1:
@@ -63,6 +63,8 @@ class Spoiler {
         return spoil_link_length();
       case 10:
         return spoil_fixing();
+      case 11:
+        return spoil_fibre();
       default:
         return spoil_bodies(solver_, choices_, edit_);
     }
@@ -127,6 +129,31 @@ class Spoiler {
     } else {
       spoil_ids(choices_, edit_.stiffnesses, data_.tissue->tets().size(), live_tets_, [](Index t) {
         return StiffnessChange{t, 2};
+      });
+    }
+    return true;
+  }
+
+  bool spoil_fibre() {
+    const Eigen::Vector3f along(0, 1, 0);
+    const std::array<Fibre, 5> bad{{{along, -1.0F},
+                                    {along, kNan},
+                                    {along, kInfinite},
+                                    {2 * along, 1.0F},
+                                    {{kNan, 0, 0}, 1.0F}}};
+    const auto springs = find_all(data_.tissue->tets().size(), [&](Index t) {
+      const Body& body = data_.tissue->body(data_.tissue->body_of_tet(t));
+      return data_.tissue->is_tet_alive(t) && body.material.model == ElasticModel::springs;
+    });
+    const Index what = choices_.below(3);
+    if (what == 0 && !springs.empty()) {
+      edit_.fibres = {{choices_.one_of(springs), {along, 1}}};
+    } else if (what == 1 || live_tets_.empty()) {
+      edit_.fibres = {
+          {choices_.below(index_of(data_.tissue->tets().size())), choices_.one_of(bad)}};
+    } else {
+      spoil_ids(choices_, edit_.fibres, data_.tissue->tets().size(), live_tets_, [](Index t) {
+        return FibreChange{t, {}};
       });
     }
     return true;

@@ -128,6 +128,7 @@ void FakeDevice::start_step(SolverData& data) {
   own_.coarse_space = data.coarse_space;
   for (Index i = 0; i < data.copy_count(); ++i) {
     own_.copy(i).past_substep = data.copy(i).past_substep;
+    own_.copy(i).factors = data.copy(i).factors;
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
@@ -254,6 +255,8 @@ void FakeDevice::take_all(const SolverData& data) {
       case PhaseKind::neo_hookean:
         neo_hookeans_.set_serial(phase.color);
         break;
+      case PhaseKind::fibre:
+        break;  // which no device steps
       case PhaseKind::membrane:
         membranes_.set_serial(phase.color);
         break;
@@ -317,6 +320,8 @@ void FakeDevice::take_over(const SolverData& data) {
         break;
       case PhaseKind::neo_hookean:
         neo_hookeans_.take_over(data.sets.of<NeoHookeanConstraint>(), id);
+        break;
+      case PhaseKind::fibre:
         break;
       case PhaseKind::membrane:
         membranes_.take_over(data.sets.of<MembraneConstraint>(), id);

@@ -41,6 +41,7 @@ void LiveModel::add_bodies(const Scene& added) {
   const auto first_tet = static_cast<Index>(tets.size());
   const auto first_triangle = static_cast<Index>(triangles.size());
   stiffnesses.insert(stiffnesses.end(), added.stiffnesses().begin(), added.stiffnesses().end());
+  fibres.insert(fibres.end(), added.fibres().begin(), added.fibres().end());
   points.insert(points.end(), added.positions().begin(), added.positions().end());
   for (Index v = 0; v < added.vertex_count(); ++v) {
     is_fixed.push_back(added.is_fixed(v));
@@ -201,6 +202,9 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const StiffnessChange& change : edit.stiffnesses) {
     stiffnesses[change.tet] = change.factor;
   }
+  for (const FibreChange& change : edit.fibres) {
+    fibres[change.tet] = change.fibre;
+  }
   for (const LinkLengthChange& change : edit.link_lengths) {
     links[change.link].rest_length = change.rest_length;
   }
@@ -329,6 +333,7 @@ void LiveModel::add_tet(const NewTet& added, const TopologyEdit& edit, Index fir
   tet_bodies.push_back(body);
   rest_volumes.push_back(volume);
   stiffnesses.push_back(stiffnesses[added.parent]);
+  fibres.push_back(fibres[added.parent]);
 }
 
 }  // namespace pbdsurg::testing

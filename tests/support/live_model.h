@@ -37,6 +37,7 @@ struct LiveModel {
   std::vector<Index> tet_bodies;           // [tet_count]
   std::vector<float> rest_volumes;         // [tet_count] m^3
   std::vector<float> stiffnesses;          // [tet_count] times that of the material
+  std::vector<Fibre> fibres;               // [tet_count]
   std::vector<Triangle> triangles;         // [triangle_count]
   std::vector<bool> triangle_alive;        // [triangle_count]
   std::vector<Index> triangle_bodies;      // [triangle_count]

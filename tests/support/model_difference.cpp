@@ -303,6 +303,41 @@ void compare_hinges(const LiveModel& model, const Solver& solver) {
   }
 }
 
+// Of a tetrahedron whose rest shape grew evenly, by a share of its volume.
+void compare_fibres(const LiveModel& model, const Solver& solver, Index t, double share) {
+  const SolverData& data = inspect(solver);
+  const auto& set = data.sets.of<FibreConstraint>();
+  const Fibre& fibre = model.fibres[t];
+  const bool has_any = model.tet_alive[t] && fibre.stiffness > 0;
+  require(set.is_alive(t) == has_any, "fibres of tet", t);
+  require(solver.tissue().fibre(t).stiffness == fibre.stiffness &&
+              solver.tissue().fibre(t).direction == fibre.direction,
+          "fibre of tissue", t);
+  if (!has_any) {
+    return;
+  }
+  const auto record = set.record(t);
+  require(record.places == data.places_of(model.tets[t]), "vertices of fibres", t);
+  Eigen::Matrix3d sides;
+  for (int k = 0; k < 3; ++k) {
+    sides.col(k) = model.points[model.tets[t][k + 1]] - model.points[model.tets[t][0]];
+  }
+  const Eigen::Vector3d shares =
+      sides.inverse() * fibre.direction.cast<double>() / std::cbrt(share);
+  const Eigen::Vector3f found(record.parameters[0], record.parameters[1], record.parameters[2]);
+  require((found.cast<double>() - shares).norm() <= 1e-3 * sides.inverse().norm(),
+          "shares of fibres", t);
+  const double stiffness = double{fibre.stiffness} * sides.determinant() / 6 * share;
+  require(std::abs(record.parameters[FibreConstraint::kStiffness] - stiffness) <= 1e-3 * stiffness,
+          "stiffness of fibres", t);
+  if (data.options.method == SolverMethod::vertex_block) {
+    const VertexTet& tet = data.vertex_blocks.tet(t);
+    require(std::ranges::equal(tet.fibre_shares, std::span(record.parameters).first(3)) &&
+                tet.fibre_stiffness == record.parameters[FibreConstraint::kStiffness],
+            "fibres of vertex blocks", t);
+  }
+}
+
 void compare_tets(const LiveModel& model, const Solver& solver) {
   const SolverData& data = inspect(solver);
   for (std::size_t i = 0; i < model.tets.size(); ++i) {
@@ -313,6 +348,8 @@ void compare_tets(const LiveModel& model, const Solver& solver) {
     const bool has_volume = model.tet_alive[i] && has_volume_constraints(body);
     require(data.sets.of<VolumeConstraint>().is_alive(t) == has_volume, "volume of tet", t);
     require(data.sets.of<NeoHookeanConstraint>().is_alive(t) == is_solid, "neo-hookean of tet", t);
+    const double share = model.rest_volumes[i] / tet_volume(model.points, model.tets[i]);
+    compare_fibres(model, solver, t, share);
     if (!model.tet_alive[i]) {
       continue;
     }
@@ -331,7 +368,6 @@ void compare_tets(const LiveModel& model, const Solver& solver) {
       auto expected =
           make_neo_hookean(model.points, model.tets[i], places, material, model.stiffnesses[i]);
       require(solver.tissue().stiffness(t) == model.stiffnesses[i], "stiffness of tet", t);
-      const double share = model.rest_volumes[i] / tet_volume(model.points, model.tets[i]);
       for (int p = 0; p < 9; ++p) {
         expected.parameters[NeoHookeanConstraint::kInverseShape + p] /=
             static_cast<float>(std::cbrt(share));

@@ -77,6 +77,12 @@ Scene make_bodies(const Solver& solver, Choices& choices) {
     const TetMesh mesh = make_mesh(choices);
     const Index body =
         scene.add_body(name, mesh, make_material(mesh, solver.options().mode, choices));
+    if (scene.body(body).material.model == ElasticModel::neo_hookean &&
+        has_fibres(solver.tissue()) && choices.below(2) == 0) {
+      std::vector<Fibre> fibres(mesh.tets().size());
+      std::ranges::generate(fibres, [&] { return make_fibre(choices); });
+      scene.set_fibres(body, fibres);
+    }
     if (!solver.tissue().hinges().empty() && choices.below(2) == 0) {
       scene.add_hinges(body, 1e-6F * (1 + choices.below(100)));
     }
@@ -93,6 +99,21 @@ Scene make_bodies(const Solver& solver, Choices& choices) {
     }
   }
   return scene;
+}
+
+bool has_fibres(const Tissue& tissue) {
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (tissue.fibre(t).stiffness > 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+Fibre make_fibre(Choices& choices) {
+  const std::array<Eigen::Vector3f, 3> directions{
+      {{1, 0, 0}, {0, 0.6F, -0.8F}, Eigen::Vector3f(1, 2, -2) / 3}};
+  return {choices.one_of(directions), 1e3F * static_cast<float>(choices.below(3))};
 }
 
 std::vector<Index> vertices_with_tissue(const Scene& scene) {

@@ -18,6 +18,12 @@ namespace pbdsurg::testing {
 /// with fixed vertices and links between them.
 [[nodiscard]] Scene make_bodies(const Solver& solver, Choices& choices);
 
+/// Whether any tetrahedron has fibres; where none has, no edit brings them, as devices want it.
+[[nodiscard]] bool has_fibres(const Tissue& tissue);
+
+/// Along one of some directions; a third of them are none.
+[[nodiscard]] Fibre make_fibre(Choices& choices);
+
 /// Vertices of a scene that have mass.
 [[nodiscard]] std::vector<Index> vertices_with_tissue(const Scene& scene);
 

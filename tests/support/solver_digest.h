@@ -107,6 +107,15 @@ inline void mix_vertices(Digest& digest, const VertexBlocks& vertices) {
           digest.mix(row.weights[1][lane]);
         }
       }
+      for (const FibreRow& row : rows.fibres.subspan(block.fibres.first, block.fibres.count)) {
+        if (!is_padding(row.neighbors[0])) {
+          for (int k = 0; k < 3; ++k) {
+            digest.mix(row.neighbors[k][lane]);
+            digest.mix(row.shares[k][lane]);
+          }
+          digest.mix(row.stiffness[lane]);
+        }
+      }
     }
   }
 }
@@ -139,6 +148,10 @@ inline std::uint64_t digest_of(const SolverData& data) {
   digest.mix_all(data.tissue->masses());
   digest.mix_all(tissue.fixed.values());
   digest.mix_all(tissue.stiffnesses.values());
+  for (const Fibre& fibre : tissue.fibres.values()) {
+    digest.mix_all(fibre.direction);
+    digest.mix(fibre.stiffness);
+  }
   digest.mix_all(data.place_of_vertex);
   for (const Link& link : data.tissue->links()) {
     digest.mix(link.first);

@@ -53,6 +53,7 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
     case PhaseKind::membrane:
       return visit(records.of<MembraneConstraint>());
     case PhaseKind::strain_limit:
+    case PhaseKind::fibre:  // of no device
     case PhaseKind::stiff_link:
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:

@@ -252,13 +252,18 @@ TEST_CASE("world file: has forces of all replicas, and gravity of all bodies", "
 
 // Would catch a file, or a saved world, that has these as the scene had them; and edits of one step
 // of which one is lost.
-TEST_CASE("world file: has what is fixed, how stiff tissue is and how long links are",
+TEST_CASE("world file: has what is fixed, how stiff tissue is, its fibres, factors and links",
           "[property]") {
-  World world(SolverOptions{.damping = 20});
+  World world(SolverOptions{.damping = 20, .copies = 2});
   const BodyId body = world.add_body("body", testing::slab(0, {4, 4, 2}), tissues::liver());
   world.fix(body, {0, 1, 2});
   world.set_stiffnesses(body, [](const Eigen::Vector3d& x) { return x.x() > 0 ? 3.0F : 1.0F; });
+  world.set_fibres(body, [](const Eigen::Vector3d& x) {
+    return Fibre{{0.6F, 0.8F, 0}, x.y() > 0 ? 5e3F : 0};
+  });
+  const CopyFactors heavy{.stiffness = 0.5F, .density = 1.5F, .gravity = 0.25F};
   world.record();
+  world.replica(ReplicaId(1)).set_factors(heavy);
   world.step(kDt);
   const std::span<const Tet> tets = world.tissue().tets();
   const auto stiff = std::ranges::find_if(
@@ -267,7 +272,8 @@ TEST_CASE("world file: has what is fixed, how stiff tissue is and how long links
   const auto tet = static_cast<Index>(stiff - tets.begin());
   world.edit({.new_links = {{0, world.tissue().vertex_count() - 1, 0.02F, {1, 1e-2F}}}});
   REQUIRE(world.step(kDt).ok());
-  world.edit({.stiffnesses = {{tet, 2}}, .fix_vertices = {9, 10}});
+  const Fibre across{{0, 0, 1}, 2e3F};
+  world.edit({.stiffnesses = {{tet, 2}}, .fibres = {{tet, across}}, .fix_vertices = {9, 10}});
   world.edit({.link_lengths = {{0, 0.015F}}, .fix_vertices = {10, 11}, .unfix_vertices = {1}});
   REQUIRE(world.step(kDt).ok());
   World read = read_written(world), saved(world.save());
@@ -275,6 +281,14 @@ TEST_CASE("world file: has what is fixed, how stiff tissue is and how long links
     const Tissue& tissue = each->tissue();
     CHECK(tissue.links()[0].rest_length == 0.015F);
     CHECK(tissue.stiffness(tet) == 2);
+    CHECK(tissue.fibre(tet).direction == across.direction);
+    CHECK(tissue.fibre(tet).stiffness == across.stiffness);
+    CHECK(each->replica(ReplicaId(0)).factors() == CopyFactors{});
+    CHECK(each->replica(ReplicaId(1)).factors() == heavy);
+    const auto fibred = std::ranges::count_if(tissue.tets_of(body), [&](Index t) {
+      return tissue.fibre(t).stiffness == 5e3F && tissue.fibre(t).direction.y() == 0.8F;
+    });
+    CHECK(fibred > 10);
     CHECK(std::ranges::equal(
         std::array{tissue.is_fixed(0), tissue.is_fixed(1), tissue.is_fixed(9), tissue.is_fixed(10),
                    tissue.is_fixed(11), tissue.is_fixed(12)},
@@ -285,6 +299,7 @@ TEST_CASE("world file: has what is fixed, how stiff tissue is and how long links
     for (World* each : {&read, &saved}) {
       each->step(kDt);
       REQUIRE(each->solver().state_hash() == world.solver().state_hash());
+      REQUIRE(each->solver().state_hash(1) == world.solver().state_hash(1));
     }
   }
 }

@@ -12,6 +12,7 @@
 ///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
 ///                               + sum w/2 |x_j - x|^2      triangles of sheets, likewise
 ///                               + sum a/2 (A - target)^2
+///                               + sum s/2 max(0, |F a| - 1)^2   fibres (constraints/fibre.h)
 ///
 /// A stable Neo-Hookean tetrahedron (Smith, de Goes, Kim 2018) stores, per rest volume V0,
 ///
@@ -169,6 +170,11 @@ struct VertexForce {
     const SpringPull<Scalar> pull(given, ends, d);
     force = force + (pull.stiffness * pull.stretch) * pull.n;
   }
+  /// As VertexEnergy::add_fibre().
+  PBDSURG_HOST_DEVICE void add_fibre(Scalar given, Scalar share, const Vec3<Scalar>& stretched) {
+    const SpringPull<Scalar> pull(given, Scalar(-1), stretched);
+    force = force + (share * (pull.stiffness * pull.stretch)) * pull.n;
+  }
   /// As VertexEnergy::add_volume().
   PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar target, const Vec3<Scalar>& a,
                                       const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
@@ -243,6 +249,20 @@ struct VertexEnergy {
     force = force + (pull.stiffness * pull.stretch) * pull.n;
     isotropic = isotropic + across;
     add_square(pull.stiffness - across, pull.n);
+  }
+
+  /// The fibres of a tetrahedron: a limit of length 1 to F a, which the vertex moves by its share.
+  /// @param given      N m, >= 0, k V0 of constraints/fibre.h
+  /// @param share      1/m, minus the vertex's own: the sum of those of the others
+  /// @param stretched  F a
+  PBDSURG_HOST_DEVICE void add_fibre(Scalar given, Scalar share, const Vec3<Scalar>& stretched) {
+    const SpringPull<Scalar> pull(given, Scalar(-1), stretched);
+    const Scalar along = share * share * pull.stiffness;
+    const Scalar slack = Scalar(1) - pull.inverse;
+    const Scalar across = along * select(slack > Scalar(0), slack, Scalar(0));
+    force = force + (share * (pull.stiffness * pull.stretch)) * pull.n;
+    isotropic = isotropic + across;
+    add_square(along - across, pull.n);
   }
 
   /// The volume of a tetrahedron.

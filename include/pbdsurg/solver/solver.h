@@ -19,6 +19,7 @@
 #include "pbdsurg/base/owned.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/convergence.h"
+#include "pbdsurg/solver/copy_factors.h"
 #include "pbdsurg/solver/custom_constraints.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
@@ -62,10 +63,11 @@ class SolverCopy;
 /// A solver may step many copies of its scene at once, for throughput: a CUDA device has room for
 /// hundreds. Copies share what a scene is: topology, edits, materials, plan, and which tools there
 /// are. Each has its own state: positions, velocities, poses and forces of tools, and what they
-/// hold. Vertices, edges, tetrahedra and tools have the same ids in all. Each copy moves as the one
-/// of a solver without others would, given the same calls; in strict mode, with the same bits, and
-/// on one backend in fast mode, too, but for DeviceStrategy::cooperative: how many threads share a
-/// vertex there depends on the number of copies.
+/// hold; and, where set_factors() gives it one, a material of its own. Vertices, edges, tetrahedra
+/// and tools have the same ids in all. Each copy moves as the one of a solver without others would,
+/// given the same calls; in strict mode, with the same bits, and on one backend in fast mode, too,
+/// but for DeviceStrategy::cooperative: how many threads share a vertex there depends on the number
+/// of copies.
 ///
 /// Functions on the state take a copy, the first by default.
 /// @throws InvalidArgument  from all of them, naming the copy that there is not, and how many there
@@ -248,6 +250,25 @@ class PBDSURG_API Solver {
 
   /// @}
 
+  /// @name Material of copies
+  /// @{
+
+  /// Makes a copy stiffer, heavier, or subject to another gravity than the scene, from the next
+  /// step on; at first all factors are 1. They stay through edits, compaction and restore(), and
+  /// are no part of a snapshot. Tissue says what the scene is made of, as before. Forces on tools,
+  /// stress and convergence are the copy's. Automatic numbers of substeps and sweeps follow the
+  /// copy that is the stiffest for its density. Cost: O(copies).
+  /// @throws InvalidArgument  naming the copy and the factor out of range; or, of stiffness and
+  ///                          density other than 1, fraction mode, explicit steps and custom
+  ///                          constraints, which know nothing of them, and the copy that would need
+  ///                          more than kMostAutomatic substeps; then nothing has changed
+  void set_factors(const CopyFactors& factors, Index copy = 0);
+
+  /// As set.
+  [[nodiscard]] CopyFactors factors(Index copy = 0) const;
+
+  /// @}
+
   /// @name Constraints of a program's own
   /// @{
 
@@ -257,7 +278,8 @@ class PBDSURG_API Solver {
   /// of it.
   /// @throws InvalidArgument     if the pointer is null, the set was added before or follows a
   /// tissue
-  ///                             otherwise, naming it, or the solver takes explicit steps
+  ///                             otherwise, naming it, or the solver takes explicit steps, or a
+  ///                             copy has a material of its own
   /// @throws BackendUnavailable  if the solver is on a device
   void add_constraints(std::shared_ptr<CustomConstraints> set);
 

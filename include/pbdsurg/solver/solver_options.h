@@ -104,11 +104,12 @@ enum class DeviceStrategy : std::uint8_t {
 ///   of them with inner friction tau.
 ///
 /// For a Neo-Hookean body t is edge sqrt(density / M), with M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
-/// `statics` measures what comes of it. Where the other of the two numbers is given, this one makes
-/// up for it: n times the sweeps stand for substeps sqrt(n) times as long, and the reverse. Bodies
-/// count as they are when the solver is made; links and hinges do not. A body that an edit brings
-/// is in no mode, so it counts as without a correction. Explicit steps have substeps alone, as many
-/// as they need to be stable, with links, hinges and edits.
+/// Fibres add the stiffness of their stiffest to M. `statics` measures what comes of it. Where the
+/// other of the two numbers is given, this one makes up for it: n times the sweeps stand for
+/// substeps sqrt(n) times as long, and the reverse. Bodies count as they are when the solver is
+/// made; links and hinges do not. A body that an edit brings is in no mode, so it counts as without
+/// a correction. Explicit steps have substeps alone, as many as they need to be stable, with links,
+/// hinges and edits.
 inline constexpr int kAutomatic = 0;
 inline constexpr int kMostAutomatic = 1000;  ///< substeps of the longest step, sweeps of a substep
 

@@ -38,6 +38,7 @@ enum class PhaseKind : std::uint8_t {
   /// all edges at one place of kTetEdges come before those at the next, and volumes last.
   joint,
   neo_hookean,   ///< tetrahedra of Neo-Hookean bodies
+  fibre,         ///< those of them that have fibres
   membrane,      ///< triangles of sheets
   strain_limit,  ///< edges of bodies whose stretch is limited, of the projection method
   bending,       ///< hinges

@@ -24,8 +24,9 @@ struct TetStress {
 
 /// Elastic stress of tetrahedra of Neo-Hookean bodies, with the rest shapes and stiffnesses that
 /// they have now: mu / J (F F^T - (1 + r (1 - J)) J), of the energy in constraints/neo_hookean.h.
-/// Neither friction of the material nor strain limits count. Cost: O(n); positions of a device are
-/// read back.
+/// Fibres along a add k (l - 1) / (l J) (F a) (F a)^T, where they are longer than at rest: l = |F
+/// a| > 1, see constraints/fibre.h. Neither friction of the material nor strain limits count. Cost:
+/// O(n); positions of a device are read back.
 /// @param tets  [n] live
 /// @return      [n]
 /// @throws InvalidArgument  naming the tetrahedron that is out of range, was removed, or belongs to

@@ -4,6 +4,7 @@
 /// @file
 /// How a body resists deformation.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <limits>
 
@@ -60,6 +61,14 @@ struct PBDSURG_API Material {
   /// of the material as wide as the edge is long (stiffness E L), which makes tissue some four
   /// times as stiff there, whatever the step.
   float max_stretch = std::numeric_limits<float>::infinity();
+};
+
+/// Fibres of a tetrahedron of Neo-Hookean tissue, beside its material: collagen, muscle. Along them
+/// it resists being stretched by more, see constraints/fibre.h, and compression by no more; they
+/// have no mass and no inner friction.
+struct Fibre {
+  Eigen::Vector3f direction{1, 0, 0};  ///< at rest, of length 1 within 1e-3
+  float stiffness = 0;                 ///< Pa, >= 0 and finite; 0: none
 };
 
 /// Material of a sheet: a membrane of Neo-Hookean tissue as thick as little, see

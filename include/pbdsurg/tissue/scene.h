@@ -103,6 +103,14 @@ class PBDSURG_API Scene {
   ///                          factor, or if the sizes differ; then nothing has changed
   void set_stiffnesses(Index body, std::span<const float> factors);
 
+  /// Gives the tetrahedra of a Neo-Hookean body fibres, in place of those that they had. Compliance
+  /// mode only, and no device steps them.
+  /// @param fibres  [tet_count of the body]
+  /// @throws InvalidArgument  naming the body that is not Neo-Hookean, or the tetrahedron whose
+  ///                          direction has not the length 1 or whose stiffness is negative or not
+  ///                          finite, or if the sizes differ; then nothing has changed
+  void set_fibres(Index body, std::span<const Fibre> fibres);
+
   /// Links two vertices of the scene.
   /// @return  the link's index
   /// @throws InvalidArgument  naming the vertex that is out of range or has no tissue, or if both
@@ -177,6 +185,9 @@ class PBDSURG_API Scene {
   /// [tet_count] see set_stiffnesses(); 1 where nothing was set.
   [[nodiscard]] std::span<const float> stiffnesses() const noexcept { return stiffnesses_; }
 
+  /// [tet_count] see set_fibres(); of no stiffness where nothing was set.
+  [[nodiscard]] std::span<const Fibre> fibres() const noexcept { return fibres_; }
+
   /// [link_count]
   [[nodiscard]] std::span<const Link> links() const noexcept { return links_; }
 
@@ -201,6 +212,7 @@ class PBDSURG_API Scene {
   std::vector<Tet> tets_;
   std::vector<Triangle> triangles_;
   std::vector<float> stiffnesses_;
+  std::vector<Fibre> fibres_;
   std::vector<Link> links_;
   std::vector<Hinge> hinges_;
   Eigen::Vector3f gravity_{0, -9.81F, 0};

@@ -184,6 +184,9 @@ class PBDSURG_API Tissue {
   /// How many times as stiff as the material of its body a tetrahedron is.
   [[nodiscard]] float stiffness(Index tet) const;
 
+  /// The fibres of a tetrahedron; of no stiffness where it has none.
+  [[nodiscard]] const Fibre& fibre(Index tet) const;
+
   /// [triangle_count] corners of every triangle of a sheet there ever was.
   [[nodiscard]] std::span<const Triangle> triangles() const noexcept;
 

@@ -67,7 +67,7 @@ struct TissueChange {
   /// Whether anything came that takes part in constraints.
   [[nodiscard]] bool adds() const noexcept {
     return brings_vertices() || !edit.new_tets.empty() || !edit.new_links.empty() ||
-           !edit.unfix_vertices.empty();
+           !edit.unfix_vertices.empty() || !edit.fibres.empty();
   }
   /// Whether any vertex came, by itself or with a body.
   [[nodiscard]] bool brings_vertices() const noexcept {

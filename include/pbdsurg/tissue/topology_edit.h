@@ -34,6 +34,12 @@ struct StiffnessChange {
   float factor;  ///< in [kSmallestStiffness, kLargestStiffness]; 1: as its body's material
 };
 
+/// Other fibres of a live tetrahedron of a Neo-Hookean body. What divides it has the same.
+struct FibreChange {
+  Index tet;    ///< live, each once
+  Fibre fibre;  ///< as Scene::set_fibres() takes it; of no stiffness: none
+};
+
 /// A new rest length of a live link: a suture that is drawn tight, a strand that shrinks.
 struct LinkLengthChange {
   Index link;         ///< live, each once, not removed by the same edit
@@ -94,6 +100,7 @@ struct TopologyEdit {
   std::vector<RestLengthChange> rest_lengths{};  ///< of edges
   std::vector<RestVolumeChange> rest_volumes{};  ///< of tetrahedra
   std::vector<StiffnessChange> stiffnesses{};    ///< of tetrahedra
+  std::vector<FibreChange> fibres{};             ///< of tetrahedra
   std::vector<LinkLengthChange> link_lengths{};  ///< of links
   /// Vertices that stop where they are, and stay there in all copies, as those that the scene
   /// fixed: free ones, each once. They must have tissue, before and after the edit.

@@ -88,6 +88,10 @@ class PBDSURG_API Replica {
   void set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces);
   /// As Solver::clear_forces().
   void clear_forces();
+  /// As Solver::set_factors(): World::save() keeps them.
+  void set_factors(const CopyFactors& factors);
+  /// As set.
+  [[nodiscard]] CopyFactors factors() const;
   /// N, of the tissue on the tool, in the last step.
   [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
   /// [vertex_count] m
@@ -224,6 +228,14 @@ class PBDSURG_API World {
   /// @param field  float(const Eigen::Vector3d& center), of each tetrahedron at rest, in m
   template <std::invocable<const Eigen::Vector3d&> Field>
   void set_stiffnesses(BodyId body, Field field);
+
+  /// Gives a body fibres: see Scene::set_fibres(). Edits change them later.
+  /// @param fibres  [tet_count of the body]
+  void set_fibres(BodyId body, std::span<const Fibre> fibres);
+  /// Likewise.
+  /// @param field  Fibre(const Eigen::Vector3d& center), of each tetrahedron at rest, in m
+  template <std::invocable<const Eigen::Vector3d&> Field>
+  void set_fibres(BodyId body, Field field);
 
   /// Gravity of all bodies, in the steps to come as well. Default: earth's, downwards along y.
   /// @param gravity  m/s^2, finite
@@ -432,6 +444,15 @@ void World::set_stiffnesses(BodyId body, Field field) {
     factors.push_back(field(center));
   }
   set_stiffnesses(body, std::span<const float>(factors));
+}
+
+template <std::invocable<const Eigen::Vector3d&> Field>
+void World::set_fibres(BodyId body, Field field) {
+  std::vector<Fibre> fibres;
+  for (const Eigen::Vector3d& center : rest_centers_of(body)) {
+    fibres.push_back(field(center));
+  }
+  set_fibres(body, std::span<const Fibre>(fibres));
 }
 
 template <std::invocable<Index, const Eigen::Vector3f&> Field>

@@ -262,9 +262,10 @@ HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
 }
 
 HWY_INLINE FreeMotion<Lanes> broadcast(const FreeMotion<float>& motion) {
-  return {Lanes(motion.h),         Lanes(motion.inverse_h),  Lanes(motion.keep),
-          broadcast(motion.kick),  broadcast(motion.fall),   broadcast(motion.gravity_per_square),
-          Lanes(motion.kick_time), Lanes(motion.fall_square)};
+  return {Lanes(motion.h),         Lanes(motion.inverse_h),   Lanes(motion.keep),
+          broadcast(motion.kick),  broadcast(motion.fall),    broadcast(motion.gravity_per_square),
+          Lanes(motion.kick_time), Lanes(motion.fall_square), Lanes(motion.inverse_gravity),
+          Lanes(motion.push_time)};
 }
 
 // Arrays of quads, some of which are not there, on their way through registers: kLanes from each,

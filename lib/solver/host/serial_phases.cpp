@@ -133,7 +133,7 @@ void project_attachments(const StepContext& step, Index color, const Substep<flo
       Vec3<float> multiplier = load(attachment.multiplier);
       AttachmentConstraint::project<ProjectionMode::compliance>(
           x, p.w, load(attachment.target) - vertices.base(place),
-          attachment.compliance * substep.inverse_dt_squared, multiplier);
+          step.copy.grasp_compliance(attachment) * substep.inverse_dt_squared, multiplier);
       store(p, x);
       attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
     }
@@ -160,6 +160,7 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
     case PhaseKind::distance:
     case PhaseKind::volume:
     case PhaseKind::neo_hookean:
+    case PhaseKind::fibre:
     case PhaseKind::membrane:
     case PhaseKind::strain_limit:
     case PhaseKind::bending:

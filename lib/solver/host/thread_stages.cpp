@@ -18,6 +18,7 @@ void ThreadStages::plan(const SolverData& data, int threads) {
       case PhaseKind::distance:
       case PhaseKind::volume:
       case PhaseKind::neo_hookean:
+      case PhaseKind::fibre:
       case PhaseKind::membrane:
       case PhaseKind::strain_limit:
       case PhaseKind::bending:

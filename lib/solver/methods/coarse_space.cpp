@@ -255,13 +255,33 @@ void add_volume(const VertexTet& tet, const std::vector<Vector3d>& x, Triplets& 
   }
 }
 
+void add_fibre(const VertexTet& tet, const std::vector<Vector3d>& x, Triplets& triplets) {
+  const auto [s1, s2, s3] = tet.fibre_shares;
+  const std::array<double, 4> shares{-(double{s1} + s2 + s3), s1, s2, s3};
+  Vector3d along = Vector3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    along += shares[k] * x[tet.vertices[k]];
+  }
+  along.normalize();
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      add_block(tet.vertices[i], tet.vertices[j],
+                double{tet.fibre_stiffness} * shares[i] * shares[j] * along * along.transpose(),
+                triplets);
+    }
+  }
+}
+
 // N/m, the second derivative of the elastic energy at rest, without hinges and limits, which are
-// soft where shapes change little.
+// soft where shapes change little. Fibres count as taut.
 Sparse stiffness_at_rest(const VertexBlocks& blocks, const std::vector<Vector3d>& x) {
   Triplets triplets;
   for (const VertexTet& tet : blocks.tets()) {
     if (tet.stiffness > 0) {
       add_volume(tet, x, triplets);
+    }
+    if (tet.fibre_stiffness > 0) {
+      add_fibre(tet, x, triplets);
     }
     for (std::size_t e = 0; e < tet.weights.size(); ++e) {
       if (tet.weights[e] != 0) {

@@ -95,6 +95,7 @@ void find_contacts(const StepContext& step, StepReport& report) {
 }
 
 void collect_tool_forces(CopyState& copy, float force_per_multiplier) {
+  force_per_multiplier *= copy.factors.stiffness;  // see substep_numbers()
   const auto add = [](ToolState& tool, const Eigen::Vector3f& force) {
     if (force.allFinite()) {  // a vertex that is lost has none
       tool.force -= force;

@@ -42,6 +42,9 @@ struct FreeMotion {
   // of any acceleration, as of gravity
   Scalar kick_time;    ///< s, the kick over it
   Scalar fall_square;  ///< s^2, the fall over it
+  // where a copy has factors, which gravity above follows
+  Scalar inverse_gravity;  ///< one over that of gravity; zero of no gravity
+  Scalar push_time;        ///< s, the kick of a force over force and inverse mass
 };
 
 /// Of a vertex with a gravity of its own.
@@ -53,7 +56,7 @@ PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> under(const Vec3<Scalar>& gravity,
                                                     FreeMotion<Scalar> motion) {
   motion.kick = motion.kick_time * gravity;
   motion.fall = motion.fall_square * gravity;
-  motion.gravity_per_square = inverse_square * gravity;
+  motion.gravity_per_square = (motion.inverse_gravity * inverse_square) * gravity;
   return motion;
 }
 
@@ -65,7 +68,7 @@ PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> under(const Vec3<Scalar>& gravity,
 template <class Scalar>
 PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> pushed_by(const Vec3<Scalar>& force, Scalar w,
                                                         FreeMotion<Scalar> motion) {
-  motion.kick = motion.kick + (motion.kick_time * w) * force;
+  motion.kick = motion.kick + (motion.push_time * w) * force;
   return motion;
 }
 

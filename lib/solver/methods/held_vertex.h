@@ -23,7 +23,8 @@ class HeldVertex {
   void for_each_grasp(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
       if (!hold.is_contact) {
-        visit(Grasp{tool.attachments[hold.entry], position_});
+        Attachment& attachment = tool.attachments[hold.entry];
+        visit(Grasp{attachment, position_, step_.copy.grasp_compliance(attachment)});
       }
     });
   }
@@ -41,9 +42,10 @@ class HeldVertex {
   struct Grasp {
     Attachment& attachment;
     const SplitPosition& position;
+    float own_compliance;
 
     [[nodiscard]] Vec3<float> target() const { return position.way_to(load(attachment.target)); }
-    [[nodiscard]] float compliance() const { return attachment.compliance; }
+    [[nodiscard]] float compliance() const { return own_compliance; }
     void set_multiplier(const Vec3<float>& multiplier) const {
       attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
     }

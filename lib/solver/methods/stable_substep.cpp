@@ -179,6 +179,18 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
       }
     }
   }
+  double fibres = 0;  // 1/s^2: as much in all directions, for wherever tissue turns them
+  for (const Index t : vertices.tets_at(place)) {
+    const VertexTet& tet = vertices.tet(t);
+    const auto [s1, s2, s3] = tet.fibre_shares;
+    const std::array<double, 4> shares{-(double{s1} + s2 + s3), s1, s2, s3};
+    const auto corner =
+        static_cast<std::size_t>(std::ranges::find(tet.vertices, place) - tet.vertices.begin());
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double other = data.particles[tet.vertices[k]].w;
+      fibres += tet.fibre_stiffness * std::abs(shares[corner] * shares[k]) * std::sqrt(w * other);
+    }
+  }
   for (const Index s : vertices.springs_at(place)) {
     const VertexSpring& spring = vertices.springs()[s];
     const Index other = spring.vertices[spring.vertices[0] == place ? 1 : 0];
@@ -214,7 +226,7 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
       }
     }
   }
-  double sum = spectral_norm(own) * double{w};
+  double sum = spectral_norm(own) * double{w} + fibres;
   for (std::size_t i = 0; i < neighbors_.size(); ++i) {
     const float other = data.particles[neighbors_[i]].w;
     sum += other > 0 ? spectral_norm(blocks_[i]) * std::sqrt(double{w} * double{other}) : 0;

@@ -42,12 +42,13 @@ auto vertices_of(std::span<const Element> elements) {
 VertexBlocks::Rows VertexBlocks::Rows::most(const Rows& a, const Rows& b) noexcept {
   return {std::max(a.pulls, b.pulls),     std::max(a.springs, b.springs),
           std::max(a.volumes, b.volumes), std::max(a.hinges, b.hinges),
-          std::max(a.strips, b.strips),   std::max(a.triangles, b.triangles)};
+          std::max(a.strips, b.strips),   std::max(a.triangles, b.triangles),
+          std::max(a.fibres, b.fibres)};
 }
 
 bool VertexBlocks::Rows::has_room_for(const Rows& needs) const noexcept {
   return needs.pulls <= pulls && needs.springs <= springs && needs.volumes <= volumes &&
-         needs.hinges <= hinges && needs.triangles <= triangles;
+         needs.hinges <= hinges && needs.triangles <= triangles && needs.fibres <= fibres;
 }
 
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
@@ -107,7 +108,7 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   const auto key = [&](Index v) {
     const Rows& needs = needs_[v];
     return std::tuple(color_of_[v], needs.volumes, needs.springs, needs.pulls, needs.hinges,
-                      needs.triangles, v);
+                      needs.triangles, needs.fibres, v);
   };
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   const std::span<const Index> all(order);
@@ -210,7 +211,8 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
   Room room{{}, counts, room_count_++};
   room.firsts = {add(pulls_, counts.pulls),     add(springs_, counts.springs),
                  add(volumes_, counts.volumes), add(hinges_, counts.hinges),
-                 add(strips_, counts.strips),   add(triangles_, counts.triangles)};
+                 add(strips_, counts.strips),   add(triangles_, counts.triangles),
+                 add(fibres_, counts.fibres)};
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
@@ -238,6 +240,7 @@ void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {
   block.hinges.first = room.firsts.hinges;
   block.strips.first = room.firsts.strips;
   block.triangles.first = room.firsts.triangles;
+  block.fibres.first = room.firsts.fibres;
 }
 
 void VertexBlocks::count_rows(VertexBlock& block) noexcept {
@@ -250,6 +253,7 @@ void VertexBlocks::count_rows(VertexBlock& block) noexcept {
   block.volumes.count = most.volumes;
   block.hinges.count = most.hinges;
   block.triangles.count = most.triangles;
+  block.fibres.count = most.fibres;
   // a face that goes may part a strip in two, which needs more rows than there were
   const Index room = rooms_[places_[place_at(block.corners[0])].block].counts.strips;
   block.strips.count = most.strips <= room ? most.strips : 0;
@@ -268,12 +272,13 @@ void VertexBlocks::add_pull(const Pull& pull) {
 }
 
 void VertexBlocks::find_neighborhood(Index vertex) {
-  auto& [pulls, springs, volumes, hinges, triangles] = neighborhood_;
+  auto& [pulls, springs, volumes, hinges, triangles, fibres] = neighborhood_;
   pulls.clear();
   springs.clear();
   volumes.clear();
   hinges.clear();
   triangles.clear();
+  fibres.clear();
   const auto is_damped = [&](const Pull& pull) { return pull.damping > 0; };
   for (const Index t : tets_at_[vertex]) {
     const VertexTet& tet = tets_[t];
@@ -293,6 +298,14 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       if (a == corner || b == corner) {
         add_pull({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping[e]});
       }
+    }
+    if (tet.fibre_stiffness > 0) {
+      const auto [s1, s2, s3] = tet.fibre_shares;
+      const std::array<float, 4> shares{-(s1 + s2 + s3), s1, s2, s3};
+      const auto& [i, j, k] = kTetTriangles[corner];
+      fibres.push_back({{tet.vertices[i], tet.vertices[j], tet.vertices[k]},
+                        {shares[i], shares[j], shares[k]},
+                        tet.fibre_stiffness});
     }
   }
   std::ranges::sort(pulls, {}, &Pull::neighbor);
@@ -330,10 +343,10 @@ void VertexBlocks::find_neighborhood(Index vertex) {
                       hinge.damping});
   }
   find_strip();
-  needs_[vertex] = {
-      static_cast<Index>(pulls.size()),          static_cast<Index>(springs.size()),
-      static_cast<Index>(volumes.size()),        static_cast<Index>(hinges.size()),
-      static_cast<Index>(strip_entries_.size()), static_cast<Index>(triangles.size())};
+  needs_[vertex] = {static_cast<Index>(pulls.size()),          static_cast<Index>(springs.size()),
+                    static_cast<Index>(volumes.size()),        static_cast<Index>(hinges.size()),
+                    static_cast<Index>(strip_entries_.size()), static_cast<Index>(triangles.size()),
+                    static_cast<Index>(fibres.size())};
 }
 
 void VertexBlocks::find_strip() {
@@ -443,6 +456,16 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
     }
   }
   write_triangles(block, lane, room.triangles);
+  for (Index i = 0; i < room.fibres; ++i) {
+    const Fibres fibres =
+        entry(neighborhood_.fibres, i, Fibres{{vertex, vertex, vertex}, {0, 0, 0}, 0});
+    FibreRow& row = fibres_[block.fibres.first + i];
+    for (int k = 0; k < 3; ++k) {
+      row.neighbors[k][lane] = offset_of(fibres.neighbors[k]);
+      row.shares[k][lane] = fibres.shares[k];
+    }
+    row.stiffness[lane] = fibres.stiffness;
+  }
 }
 
 void VertexBlocks::touch(std::span<const Index> vertices) {
@@ -650,8 +673,8 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
          hinges_at_.memory_bytes() + triangles_at_.memory_bytes() + local_walk_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
                damped_volumes_, damped_hinges_, strips_, damped_strips_, triangles_,
-               damped_triangles_, rooms_, left_rooms_, places_, needs_, touched_, refreshed_,
-               changed_blocks_, list_changes_, color_changes_);
+               damped_triangles_, fibres_, rooms_, left_rooms_, places_, needs_, touched_,
+               refreshed_, changed_blocks_, list_changes_, color_changes_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

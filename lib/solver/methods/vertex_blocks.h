@@ -33,6 +33,8 @@ struct VertexTet {
   float target = 0;                     ///< m^3
   std::array<float, 6> edge_damping{};  ///< N s/m, >= 0, along kTetEdges
   float volume_damping = 0;             ///< N s/m^5, >= 0
+  std::array<float, 3> fibre_shares{};  ///< 1/m, FibreConstraint::kShares
+  float fibre_stiffness = 0;            ///< N m, >= 0; zero for none
 };
 
 /// What an edge or a link adds.
@@ -110,8 +112,8 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(), pulls_.data(),     springs_.data(), volumes_.data(),
-            hinges_.data(), triangles_.data(), strips_.data()};
+    return {blocks_.data(),    pulls_.data(),  springs_.data(), volumes_.data(), hinges_.data(),
+            triangles_.data(), strips_.data(), fibres_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
     return {blocks_.data(),         springs_.data(),       volumes_.data(),
@@ -123,8 +125,8 @@ class VertexBlocks {
   /// The rows that are a block's, in use or not: it keeps them where edits give it another index,
   /// and its lanes in use have all of them, padded.
   struct BlockRoom {
-    Index number;  ///< below room_count()
-    RowRange pulls, springs, volumes, hinges, triangles;
+    Index number;                                         ///< below room_count()
+    RowRange pulls, springs, volumes, hinges, triangles;  ///< no device has fibres
   };
   [[nodiscard]] PBDSURG_API BlockRoom room_of(Index block) const noexcept;
   [[nodiscard]] Index room_count() const noexcept { return room_count_; }
@@ -147,11 +149,12 @@ class VertexBlocks {
     std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges,
         damped_triangles;  ///< or empty
     std::span<const StripRow> strips;
+    std::span<const FibreRow> fibres;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
     return {blocks_,    pulls_,          springs_,        volumes_,       hinges_,
             triangles_, damped_springs_, damped_volumes_, damped_hinges_, damped_triangles_,
-            strips_};
+            strips_,    fibres_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -271,15 +274,21 @@ class VertexBlocks {
     std::array<float, 2> weights;
     float stiffness, target, damping;
   };
+  struct Fibres {
+    std::array<Index, 3> neighbors;
+    std::array<float, 3> shares;
+    float stiffness;
+  };
   struct Neighborhood {
     std::vector<Pull> pulls;
     std::vector<Spring> springs;
     std::vector<Volume> volumes;
     std::vector<Bend> hinges;
     std::vector<Area> triangles;
+    std::vector<Fibres> fibres;
   };
   struct Rows {
-    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0;
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0, fibres = 0;
 
     [[nodiscard]] static Rows most(const Rows& a, const Rows& b) noexcept;
     /// Strips do without.
@@ -375,6 +384,7 @@ class VertexBlocks {
   std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
   std::vector<TriangleRow> triangles_;
   std::vector<DampedRow> damped_triangles_;  // [triangles_.size()] if there is damping
+  std::vector<FibreRow> fibres_;
   std::vector<StripRow> strips_;
   std::vector<DampedRow> damped_strips_;  // [strips_.size()] likewise
   std::vector<Room> rooms_;               // [block]

@@ -155,7 +155,19 @@ VertexTet vertex_tet(const SolverData& data, const Tissue& tissue, Index id) {
                            tissue.stiffness(id));
   }
   tet.vertices = data.places_of(tissue.tets()[id]);
+  set_fibre(data, id, tet);
   return tet;
+}
+
+void set_fibre(const SolverData& data, Index id, VertexTet& tet) {
+  const auto& fibres = data.sets.of<FibreConstraint>();
+  tet.fibre_shares = {};
+  tet.fibre_stiffness = 0;
+  if (fibres.is_alive(id)) {
+    const auto numbers = fibres.record(id).parameters;
+    std::copy_n(numbers.begin() + FibreConstraint::kShares, 3, tet.fibre_shares.begin());
+    tet.fibre_stiffness = numbers[FibreConstraint::kStiffness];
+  }
 }
 
 VertexTet resized(VertexTet tet, const Material& material, float rest_volume) {

@@ -16,13 +16,16 @@ namespace pbdsurg {
 
 class SolverData;
 
-/// What live tetrahedra add to the energy; their vertices are left out. [tet_count]
+/// What live tetrahedra add to the energy; their vertices and fibres are left out. [tet_count]
 [[nodiscard]] std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue);
 
 /// As the constraints of a tetrahedron have it; nothing if it is gone.
 [[nodiscard]] VertexTet vertex_tet(const SolverData& data, const Tissue& tissue, Index tet);
 
-/// One that has another volume at rest, m^3.
+/// Gives one the fibres that its constraints have.
+void set_fibre(const SolverData& data, Index id, VertexTet& tet);
+
+/// One that has another volume at rest, m^3; its fibres are what they were.
 [[nodiscard]] VertexTet resized(VertexTet tet, const Material& material, float rest_volume);
 
 /// As the constraints of an edge, a link, a triangle, a hinge have it; nothing if they are gone.

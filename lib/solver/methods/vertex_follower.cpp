@@ -45,7 +45,9 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   }
   for (const RestVolumeChange& rest : change.edit.rest_volumes) {
     const Material& material = tissue.bodies()[tissue.body_of_tet(rest.tet)].material;
-    blocks.set_tet(rest.tet, resized(blocks.tet(rest.tet), material, rest.rest_volume));
+    VertexTet tet = resized(blocks.tet(rest.tet), material, rest.rest_volume);
+    set_fibre(data_, rest.tet, tet);
+    blocks.set_tet(rest.tet, tet);
     for (const Index edge : tissue.tet_edges()[rest.tet]) {
       set_limit(tissue, edge);
     }
@@ -62,6 +64,13 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   for (const StiffnessChange& stiffness : change.edit.stiffnesses) {
     if (tissue.is_tet_alive(stiffness.tet)) {
       blocks.set_tet(stiffness.tet, vertex_tet(data_, tissue, stiffness.tet));
+    }
+  }
+  for (const FibreChange& fibre : change.edit.fibres) {
+    if (tissue.is_tet_alive(fibre.tet)) {
+      VertexTet tet = blocks.tet(fibre.tet);
+      set_fibre(data_, fibre.tet, tet);
+      blocks.set_tet(fibre.tet, tet);
     }
   }
   blocks.set_unit(wide_enough(blocks.unit(), longest));

@@ -14,7 +14,7 @@ namespace {
 // What a new block has room for beyond its first vertex, of kinds that there are: others of a cut,
 // and later cuts.
 constexpr Index kSparePulls = 4, kSpareSprings = 4, kSpareVolumes = 8, kSpareHinges = 2,
-                kSpareStrips = 12, kSpareTriangles = 4;
+                kSpareStrips = 12, kSpareTriangles = 4, kSpareFibres = 8;
 
 // Of a walk for those without a colour: neighbours that it may look at, for each vertex whose rows
 // an edit changes, and in all. Most take some hundred; the most take as long as an edit.
@@ -309,6 +309,7 @@ void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noe
   copy_lanes(hinges_, firsts.hinges, counts.hinges, from, to);
   copy_lanes(strips_, firsts.strips, counts.strips, from, to);
   copy_lanes(triangles_, firsts.triangles, counts.triangles, from, to);
+  copy_lanes(fibres_, firsts.fibres, counts.fibres, from, to);
   if (has_damping_) {
     copy_lanes(damped_springs_, firsts.springs, counts.springs, from, to);
     copy_lanes(damped_volumes_, firsts.volumes, counts.volumes, from, to);
@@ -343,7 +344,8 @@ Index VertexBlocks::add_block(Index color, const Rows& needs) {
         {with(needs.pulls, pulls_, kSparePulls), with(needs.springs, springs_, kSpareSprings),
          with(needs.volumes, volumes_, kSpareVolumes), with(needs.hinges, hinges_, kSpareHinges),
          with(needs.strips, strips_, kSpareStrips),
-         with(needs.triangles, triangles_, kSpareTriangles)});
+         with(needs.triangles, triangles_, kSpareTriangles),
+         with(needs.fibres, fibres_, kSpareFibres)});
   }
   Index gap = block_count();
   blocks_.emplace_back();
@@ -510,6 +512,7 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   springs_.reserve(springs_.size() + growth.springs);
   triangles_.reserve(triangles_.size() + growth.triangles);
   strips_.reserve(strips_.size() + growth.strips);
+  fibres_.reserve(fibres_.size() + (fibres_.empty() ? 0 : growth.volumes));
   if (has_damping_) {
     damped_springs_.reserve(springs_.capacity());
     damped_volumes_.reserve(volumes_.capacity());

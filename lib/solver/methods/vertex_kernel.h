@@ -44,6 +44,24 @@ struct RowPart {
   Index stride = 1;
 };
 
+/// The fibres of a row: what becomes of their direction, and the share of the vertex in it, see
+/// VertexEnergy::add_fibre().
+template <class Scalar>
+struct RowFibre {
+  Vec3<Scalar> stretched;
+  Scalar share;
+
+  template <class Access>
+  PBDSURG_DEVICE RowFibre(const FibreRow& row, const Access& access) {
+    const Scalar a = access.load(row.shares[0]);
+    const Scalar b = access.load(row.shares[1]);
+    const Scalar c = access.load(row.shares[2]);
+    stretched = a * access.position(row.neighbors[0]) + b * access.position(row.neighbors[1]) +
+                c * access.position(row.neighbors[2]);
+    share = a + b + c;
+  }
+};
+
 /// Adds what the rows of a block tell to the energies of its vertices, or to the forces on them.
 /// Not a number, or infinite, where a neighbour is.
 /// @param access  load(const float*): a Scalar of stored lanes; position(const ParticleOffset*):
@@ -85,6 +103,11 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
           access.load(triangles[i].weights[0]), access.load(triangles[i].weights[1]),
           access.load(triangles[i].stiffness), access.load(triangles[i].target),
           access.position(triangles[i].neighbors[0]), access.position(triangles[i].neighbors[1]));
+    }
+    const FibreRow* const fibres = rows.fibres + block.fibres.first;
+    for (Index i = part.first; i < block.fibres.count; i += part.stride) {
+      const RowFibre<Scalar> fibre(fibres[i], access);
+      energy.add_fibre(access.load(fibres[i].stiffness), fibre.share, fibre.stretched);
     }
   }
 }

@@ -122,6 +122,7 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
   const Tissue& tissue = *data.tissue;
   for (std::size_t t = 0; t < tets.size(); ++t) {
     tets[t].vertices = data.places_of(tissue.tets()[t]);
+    set_fibre(data, static_cast<Index>(t), tets[t]);
   }
   std::vector<VertexSpring> springs(static_cast<std::size_t>(data.sets.distance_ids.count()));
   for (Index e = 0; e < static_cast<Index>(tissue.edges().size()); ++e) {

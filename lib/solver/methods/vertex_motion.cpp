@@ -10,8 +10,9 @@ bool has_displacements(const SolverOptions& options) noexcept {
   return options.mode == ProjectionMode::compliance;
 }
 
-FreeMotion<float> free_motion(const SolverData& data, float h) noexcept {
-  const Vec3<float> gravity = load(data.gravity);
+FreeMotion<float> free_motion(const SolverData& data, const CopyState& copy, float h) noexcept {
+  const float factor = copy.factors.gravity;
+  const Vec3<float> gravity = factor * load(data.gravity);
   const float square = dot(gravity, gravity);
   return {h,
           1 / h,
@@ -19,8 +20,10 @@ FreeMotion<float> free_motion(const SolverData& data, float h) noexcept {
           h * gravity,
           (h * h) * gravity,
           (square > 0 ? 1 / square : 0.0F) * gravity,
-          h,
-          h * h};
+          factor * h,
+          factor * (h * h),
+          factor != 0 ? 1 / factor : 0,
+          h / copy.factors.density};
 }
 
 FreeMotion<float> falling_motion(const SolverData& data, const FreeMotion<float>& motion,
@@ -70,14 +73,17 @@ bool has_past_lengths(const SolverOptions& options) noexcept {
 
 SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, float h,
                                int substep) noexcept {
+  // Elastic forces and masses are those of the scene: that much of the scene's inertia has the
+  // copy's effect. So all forces of a substep are those of the copy over its stiffness.
+  const float inertia = copy.factors.density / copy.factors.stiffness;
   if (!has_past_lengths(data.options)) {
-    return {free_motion(data, h), {1 / h, 1 / (h * h)}};
+    return {free_motion(data, copy, h), {1 / h, inertia / (h * h)}};
   }
   const float before = data.part.past_h > 0 ? data.part.past_h : copy.past_substep;
   const float past = substep > 0 ? h : before;
   if (is_explicit(data.options)) {
     const float between = (past + h) / 2;  // velocities
-    SubstepNumbers numbers{free_motion(data, between), {1 / h, 1 / (h * between)}};
+    SubstepNumbers numbers{free_motion(data, copy, between), {1 / h, 1 / (h * between)}};
     numbers.motion.h = h;
     numbers.motion.inverse_h = 1 / h;
     numbers.motion.fall = h * numbers.motion.kick;
@@ -87,12 +93,13 @@ SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, fl
   const float ratio = past > 0 ? h / past : 0;
   const float part = (1 + ratio) / (1 + 2 * ratio) * h;
   const float drag = 1 + data.options.damping * part;
-  SubstepNumbers numbers{free_motion(data, part), {1 / part, drag / (part * part)}};
+  SubstepNumbers numbers{free_motion(data, copy, part), {1 / part, inertia * drag / (part * part)}};
   // drag of second order acts on all that moves a vertex: like more inertia
   numbers.motion.kick = numbers.motion.keep * numbers.motion.kick;
   numbers.motion.fall = numbers.motion.keep * numbers.motion.fall;
   numbers.motion.kick_time = numbers.motion.keep * numbers.motion.kick_time;
   numbers.motion.fall_square = numbers.motion.keep * numbers.motion.fall_square;
+  numbers.motion.push_time = numbers.motion.keep * numbers.motion.push_time;
   numbers.past_share = ratio * ratio / (1 + 2 * ratio);
   return numbers;
 }

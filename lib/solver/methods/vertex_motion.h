@@ -46,7 +46,8 @@ struct MovingVertices {
 };
 
 /// @param h  s, of a substep
-[[nodiscard]] PBDSURG_API FreeMotion<float> free_motion(const SolverData& data, float h) noexcept;
+[[nodiscard]] PBDSURG_API FreeMotion<float> free_motion(const SolverData& data,
+                                                        const CopyState& copy, float h) noexcept;
 
 /// Of a vertex, by its gravity; and by the force at it, too.
 /// @param motion  of all vertices

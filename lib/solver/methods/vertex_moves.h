@@ -73,6 +73,13 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
                           access.load(triangles[i].target), a, b);
     }
   }
+  const FibreRow* const fibres = rows.fibres + block.fibres.first;
+  for (Index i = 0; i < block.fibres.count; ++i) {
+    const RowFibre<float> fibre(fibres[i], access);
+    if (is_finite_way(fibre.stretched)) {
+      energy.add_fibre(access.load(fibres[i].stiffness), fibre.share, fibre.stretched);
+    }
+  }
 }
 
 /// Where a vertex is: the sum of both would round.

@@ -54,6 +54,13 @@ struct alignas(64) TriangleRow {
   float target[kBlockLanes];      ///< m^2
 };
 
+/// The fibres of a tetrahedron.
+struct alignas(64) FibreRow {
+  ParticleOffset neighbors[3][kBlockLanes];
+  float shares[3][kBlockLanes];  ///< 1/m, of these in F a
+  float stiffness[kBlockLanes];  ///< N m
+};
+
 /// A step along a strip of the faces opposite a vertex, for kernels on registers: after corners a,
 /// b and c comes d, and the next face is a, c, d or, where the strip turns, c, b, d. So a face
 /// takes one corner to gather in place of three, and its pulls none.
@@ -85,6 +92,7 @@ struct alignas(64) VertexBlock {
   bool is_damped;  ///< whether some row is
   RowRange pulls, springs, volumes, hinges, triangles;
   RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
+  RowRange fibres;
 };
 
 /// All of them.
@@ -96,6 +104,7 @@ struct VertexRows {
   const HingeRow* hinges;
   const TriangleRow* triangles;
   const StripRow* strips = nullptr;
+  const FibreRow* fibres = nullptr;
 };
 
 /// Those that damping changes.

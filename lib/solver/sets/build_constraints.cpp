@@ -181,6 +181,12 @@ void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
   data.sets.of<NeoHookeanConstraint>() =
       build_slots<NeoHookeanConstraint>(PhaseKind::neo_hookean, numbers.tets, domains, data,
                                         [](const TetNumbers& tet) { return tet.neo_hookean; });
+  const auto has_fibre = [](const TetNumbers& tet) { return tet.fibre.has_value(); };
+  if (std::ranges::any_of(numbers.tets, has_fibre)) {
+    data.sets.of<FibreConstraint>() =
+        build_slots<FibreConstraint>(PhaseKind::fibre, numbers.tets, domains, data,
+                                     [](const TetNumbers& tet) { return tet.fibre; });
+  }
   data.sets.of<StrainLimitConstraint>() =
       build_slots<StrainLimitConstraint>(PhaseKind::strain_limit, numbers.edges, domains, data,
                                          [](const EdgeNumbers& edge) { return edge.limit; });

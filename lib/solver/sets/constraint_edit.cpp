@@ -8,6 +8,7 @@
 
 #include "lib/solver/sets/constraint_groups.h"
 #include "lib/solver/sets/constraint_sets.h"
+#include "lib/solver/sets/fibre_record.h"
 #include "lib/solver/sets/free_groups.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/sets/stiff_links.h"
@@ -78,6 +79,9 @@ class ConstraintSets::Edit {
       set_places<MembraneConstraint>(move.triangle, tissue_.triangles()[move.triangle]);
     }
     replace_parents(first_parent);
+    for (const FibreChange& change : change_.edit.fibres) {
+      set_fibre(change.tet);
+    }
     std::ranges::for_each(links.subspan(asked_links), [&](Index l) { remove_link(l); });
     for (const Index hinge : change_.removed_hinges) {
       remove<BendingConstraint>(hinge);
@@ -161,6 +165,29 @@ class ConstraintSets::Edit {
     }
     pbdsurg::set_rest_volume(solids, rest.tet, rest.rest_volume);
     log<NeoHookeanConstraint>(rest.tet);
+    if (of<FibreConstraint>().is_alive(rest.tet)) {
+      set_fibre(rest.tet);
+    }
+  }
+
+  // As the tissue has it now, of a live tetrahedron or one that the edit has removed.
+  void set_fibre(Index tet) {
+    auto& fibres = of<FibreConstraint>();
+    const Fibre& fibre = tissue_.fibre(tet);
+    if (fibre.stiffness <= 0 || !of<NeoHookeanConstraint>().is_alive(tet)) {
+      remove<FibreConstraint>(tet);
+      return;
+    }
+    const auto numbers = fibre_numbers(of<NeoHookeanConstraint>().record(tet).parameters, fibre);
+    if (!fibres.is_alive(tet)) {
+      const Tet& vertices = tissue_.tets()[tet];
+      add<FibreConstraint>(tet, vertices, {state_.places_of(vertices), numbers});
+      return;
+    }
+    for (int p = 0; p < FibreConstraint::kParameterCount; ++p) {
+      fibres.set_parameter(tet, static_cast<FibreConstraint::Parameter>(p), numbers[p]);
+    }
+    log<FibreConstraint>(tet);
   }
 
   void set_link_length(const LinkLengthChange& change) {
@@ -209,6 +236,7 @@ class ConstraintSets::Edit {
         }
       }
       remove<NeoHookeanConstraint>(tet);
+      remove<FibreConstraint>(tet);
     }
   }
 
@@ -259,6 +287,7 @@ class ConstraintSets::Edit {
       const Tet& vertices = tissue_.tets()[move.tet];
       set_places<VolumeConstraint>(move.tet, vertices);
       set_places<NeoHookeanConstraint>(move.tet, vertices);
+      set_places<FibreConstraint>(move.tet, vertices);
     }
     for (const Index edge : change_.moved_edges) {
       const Edge& ends = tissue_.edges()[edge];
@@ -317,10 +346,11 @@ class ConstraintSets::Edit {
     Index tet;
     std::optional<ConstraintRecord<VolumeConstraint>> volume;
     std::optional<ConstraintRecord<NeoHookeanConstraint>> neo_hookean;
+    std::optional<ConstraintRecord<FibreConstraint>> fibre;
   };
 
   [[nodiscard]] Part part_of(Index tet, const NewTet& added, const Shares& shares) const {
-    Part part{tet, {}, {}};
+    Part part{tet, {}, {}, {}};
     const Tet places = state_.places_of(added.vertices);
     if (of<VolumeConstraint>().is_alive(added.parent)) {
       part.volume = of<VolumeConstraint>().record(added.parent);
@@ -330,6 +360,9 @@ class ConstraintSets::Edit {
     if (of<NeoHookeanConstraint>().is_alive(added.parent)) {
       part.neo_hookean =
           make_part(of<NeoHookeanConstraint>().record(added.parent), sides_of(shares), places);
+    }
+    if (const Fibre& fibre = tissue_.fibre(tet); fibre.stiffness > 0) {
+      part.fibre = {places, fibre_numbers(part.neo_hookean->parameters, fibre)};
     }
     return part;
   }
@@ -365,6 +398,9 @@ class ConstraintSets::Edit {
       if (part.neo_hookean) {
         add<NeoHookeanConstraint>(part.tet, vertices, *part.neo_hookean);
       }
+      if (part.fibre) {
+        add<FibreConstraint>(part.tet, vertices, *part.fibre);
+      }
     }
     for (const auto& [edge, numbers] : edges) {
       add_edge(edge, numbers);
@@ -393,6 +429,7 @@ class ConstraintSets::Edit {
 
     std::vector<NewConstraint<VolumeConstraint>> volumes;
     std::vector<NewConstraint<NeoHookeanConstraint>> neo_hookeans;
+    std::vector<NewConstraint<FibreConstraint>> fibres;
     for (std::size_t i = 0; i < numbers.tets.size(); ++i) {
       const Index id = first_tet + static_cast<Index>(i);
       const Tet& vertices = tissue_.tets()[id];
@@ -402,6 +439,9 @@ class ConstraintSets::Edit {
       }
       if (numbers.tets[i].neo_hookean) {
         neo_hookeans.push_back({id, vertices, {places, *numbers.tets[i].neo_hookean}});
+      }
+      if (numbers.tets[i].fibre) {
+        fibres.push_back({id, vertices, {places, *numbers.tets[i].fibre}});
       }
     }
     std::vector<NewConstraint<DistanceConstraint>> distances;
@@ -436,6 +476,7 @@ class ConstraintSets::Edit {
     add_apart(std::move(limits));
     add_apart(std::move(bendings));
     add_apart(std::move(membranes));
+    add_apart(std::move(fibres));
   }
 
   // Adds constraints of vertices that have none yet: coloured by themselves, as those of a scene.

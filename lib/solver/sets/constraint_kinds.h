@@ -9,6 +9,7 @@
 
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/fibre.h"
 #include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/stiff_link.h"
@@ -66,6 +67,15 @@ struct KindOf<NeoHookeanConstraint> {
   static constexpr bool kIsOfVertexBlocks = false;
 };
 template <>
+struct KindOf<FibreConstraint> {  // beside the matrix of the tetrahedron
+  static constexpr PhaseKind kPhase = PhaseKind::fibre;
+  static constexpr Element kElement = Element::tet;
+  static constexpr bool kHasFraction = false;
+  static constexpr bool kHasCompliance = true;
+  static constexpr bool kIsMeasured = false;
+  static constexpr bool kIsOfVertexBlocks = false;
+};
+template <>
 struct KindOf<MembraneConstraint> {
   static constexpr PhaseKind kPhase = PhaseKind::membrane;
   static constexpr Element kElement = Element::triangle;
@@ -111,7 +121,7 @@ inline constexpr bool kRemembers =
 template <template <class...> class List>
 using ForAllConstraints =
     List<DistanceConstraint, VolumeConstraint, NeoHookeanConstraint, StrainLimitConstraint,
-         BendingConstraint, StiffLinkConstraint, MembraneConstraint>;
+         BendingConstraint, StiffLinkConstraint, MembraneConstraint, FibreConstraint>;
 
 template <class... Constraints>
 struct KindsAfterVertices {

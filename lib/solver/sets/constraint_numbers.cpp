@@ -9,6 +9,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/solver/sets/edge_owners.h"
+#include "lib/solver/sets/fibre_record.h"
 #include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/tissue/sheet.h"
@@ -34,7 +35,7 @@ EdgeNumbers edge_numbers(double length, const Material& material, ProjectionMode
 }
 
 TetNumbers tet_numbers(std::span<const Eigen::Vector3d> positions, const Tet& tet, const Body& body,
-                       float stiffness, ProjectionMode mode) {
+                       float stiffness, const Fibre& fibre, ProjectionMode mode) {
   TetNumbers numbers;
   if (has_volume_constraints(body)) {
     numbers.volume = {static_cast<float>(tet_volume(positions, tet)),
@@ -42,6 +43,9 @@ TetNumbers tet_numbers(std::span<const Eigen::Vector3d> positions, const Tet& te
   }
   if (body.material.model == ElasticModel::neo_hookean) {
     numbers.neo_hookean = make_neo_hookean(positions, tet, {}, body.material, stiffness).parameters;
+  }
+  if (fibre.stiffness > 0) {
+    numbers.fibre = fibre_numbers(*numbers.neo_hookean, fibre);
   }
   return numbers;
 }
@@ -60,6 +64,13 @@ Numbers<BendingConstraint> hinge_numbers(std::span<const Eigen::Vector3d> positi
 const Material& material_of(std::span<const Body> bodies, Index vertex) {
   const auto after = std::ranges::upper_bound(bodies, vertex, {}, &Body::first_vertex);
   return std::prev(after)->material;
+}
+
+void check_fibre_on(const std::string& what, const Fibre& fibre, const Executor& executor) {
+  if (fibre.stiffness > 0 && executor && executor.kind() == ExecutorKind::device) {
+    throw InvalidArgument(what + " has fibres, which " + executor.name() +
+                          " cannot step; processors can");
+  }
 }
 
 // Of an edge of a part, from the six lengths of the parent.
@@ -93,8 +104,8 @@ ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edge
   }
   for (const Body& body : scene.bodies()) {
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      numbers.tets.push_back(
-          tet_numbers(scene.positions(), scene.tets()[t], body, scene.stiffnesses()[t], mode));
+      numbers.tets.push_back(tet_numbers(scene.positions(), scene.tets()[t], body,
+                                         scene.stiffnesses()[t], scene.fibres()[t], mode));
     }
   }
   for (const Body& body : scene.bodies()) {
@@ -127,7 +138,7 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
     if (tissue.is_tet_alive(t)) {
       numbers.tets[t] =
           tet_numbers(positions, tissue.tets()[t], tissue.bodies()[tissue.body_of_tet(t)],
-                      tissue.stiffness(t), mode);
+                      tissue.stiffness(t), tissue.fibre(t), mode);
     }
   }
   numbers.triangles.resize(tissue.triangles().size());
@@ -157,6 +168,25 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
                             (is_sheet(body) ? "a sheet" : "Neo-Hookean") +
                             ", which has moduli and no fraction: such bodies need "
                             "the compliance mode");
+    }
+  }
+}
+
+void check_fibres(const Tissue& tissue, const Executor& executor) {
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (tissue.is_tet_alive(t)) {
+      check_fibre_on("tet " + std::to_string(t), tissue.fibre(t), executor);
+    }
+  }
+}
+
+void check_fibres(const TopologyEdit& edit, const Executor& executor) {
+  for (const FibreChange& change : edit.fibres) {
+    check_fibre_on("tet " + std::to_string(change.tet), change.fibre, executor);
+  }
+  for (const Body& body : edit.new_bodies.bodies()) {
+    for (const Fibre& fibre : edit.new_bodies.fibres().subspan(body.first_tet, body.tet_count)) {
+      check_fibre_on("body '" + body.name + "'", fibre, executor);
     }
   }
 }

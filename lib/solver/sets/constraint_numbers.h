@@ -11,6 +11,7 @@
 
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/fibre.h"
 #include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
@@ -35,6 +36,7 @@ struct EdgeNumbers {
 struct TetNumbers {
   std::optional<Numbers<VolumeConstraint>> volume;
   std::optional<Numbers<NeoHookeanConstraint>> neo_hookean;
+  std::optional<Numbers<FibreConstraint>> fibre;
 };
 
 /// Of a triangle of a sheet, where it is alive.
@@ -65,6 +67,11 @@ struct ConstraintNumbers {
 
 /// @throws InvalidArgument  naming the Neo-Hookean body or the sheet in fraction mode
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
+
+/// @param tissue  that is what the edit is of
+/// @throws InvalidArgument  naming the tetrahedron that has fibres, if a device is to step it
+void check_fibres(const Tissue& tissue, const Executor& executor);
+void check_fibres(const TopologyEdit& edit, const Executor& executor);
 
 /// @throws InvalidArgument  if there are any in fraction mode
 void check_hinges(std::size_t count, ProjectionMode mode);

@@ -71,6 +71,9 @@ TetNumbers ConstraintData::numbers_of_tet(Index tet) const {
   if (of<NeoHookeanConstraint>().is_alive(tet)) {
     numbers.neo_hookean = of<NeoHookeanConstraint>().record(tet).parameters;
   }
+  if (of<FibreConstraint>().is_alive(tet)) {
+    numbers.fibre = of<FibreConstraint>().record(tet).parameters;
+  }
   return numbers;
 }
 
@@ -149,6 +152,7 @@ void ConstraintSets::validate(const Tissue& tissue, const TopologyEdit& edit) co
                            [&](Index edge) { return tissue.edge_tets()[edge]; });
   }
   check_materials(edit.new_bodies.bodies(), state_.options.mode);
+  check_fibres(edit, state_.options.executor);
   check_hinges(edit.new_bodies.hinges().size(), state_.options.mode);
 }
 

@@ -9,14 +9,6 @@ namespace {
 
 using Record = ConstraintRecord<NeoHookeanConstraint>;
 
-Eigen::Matrix3d inverse_shape(const Record& record) noexcept {
-  Eigen::Matrix3d inverse;
-  for (int i = 0; i < 9; ++i) {
-    inverse(i / 3, i % 3) = record.parameters[NeoHookeanConstraint::kInverseShape + i];
-  }
-  return inverse;
-}
-
 // Pa
 double shear_modulus(const Material& material, float stiffness) noexcept {
   return double{stiffness} *
@@ -28,6 +20,14 @@ double exact_rest_volume(const Record& record) noexcept {
 }
 
 }  // namespace
+
+Eigen::Matrix3d inverse_shape(const Record& record) noexcept {
+  Eigen::Matrix3d inverse;
+  for (int i = 0; i < 9; ++i) {
+    inverse(i / 3, i % 3) = record.parameters[NeoHookeanConstraint::kInverseShape + i];
+  }
+  return inverse;
+}
 
 Record make_neo_hookean(std::span<const Eigen::Vector3d> positions, const Tet& tet,
                         const Tet& places, const Material& material, float stiffness) {

@@ -23,7 +23,11 @@ ConstraintRecord<NeoHookeanConstraint> make_neo_hookean(std::span<const Eigen::V
                                                         const Tet& tet, const Tet& places,
                                                         const Material& material, float stiffness);
 
-/// m, the sides from its first vertex at rest, in columns.
+/// 1/m, of the sides from its first vertex at rest.
+[[nodiscard]] Eigen::Matrix3d inverse_shape(
+    const ConstraintRecord<NeoHookeanConstraint>& record) noexcept;
+
+/// m, these sides, in columns.
 [[nodiscard]] Eigen::Matrix3d rest_sides(const ConstraintRecord<NeoHookeanConstraint>& record);
 
 /// Of a tetrahedron with the same material inside of another.

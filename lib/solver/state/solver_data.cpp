@@ -30,7 +30,8 @@ class ProgramFollower final : public Follower {
       if (rule != data_.substep_rule) {
         set_substep_rule(rule, data_);
       }
-    } else if (!change.edit.new_bodies.bodies().empty() || !change.edit.stiffnesses.empty()) {
+    } else if (!change.edit.new_bodies.bodies().empty() || !change.edit.stiffnesses.empty() ||
+               !change.edit.fibres.empty()) {
       set_substep_rule(both(rule_before_, rule_of_edit_), data_);
     }
     const bool may_bring_stiff_links = !change.edit.new_links.empty() ||
@@ -116,7 +117,7 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 void SolverData::start_step(float dt) {
   custom.begin_step(*this);
   free_pieces.refresh(*tissue, place_of_vertex);
-  SubstepRule rule = substep_rule;
+  SubstepRule rule = rule_of_copies();
   if (is_explicit(options)) {
     rule.longest = static_cast<float>(stable_substep.longest(backend->stiffest(*this)));
     check_explicit_step(dt, rule, options);

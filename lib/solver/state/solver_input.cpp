@@ -100,9 +100,10 @@ SubstepRule explicit_rule(const SolverData& data) noexcept {
   return {static_cast<float>(data.stable_substep.longest()), 0};
 }
 
-void set_substep_rule(const SubstepRule& rule, SolverData& data) {
+void set_substep_rule(const SubstepRule& of_scene, SolverData& data) {
   const SolverOptions& options = data.options;
-  data.substep_rule = rule;
+  data.substep_rule = of_scene;
+  const SubstepRule rule = data.rule_of_copies();
   data.plan.longest_substep =
       options.substeps == kAutomatic || is_explicit(options) ? rule.longest : 0;
   data.plan.name = phases_name(options);

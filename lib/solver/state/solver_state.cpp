@@ -109,6 +109,15 @@ void SolverState::read_positions(Index index, std::span<const Index> vertices,
   }
 }
 
+SubstepRule SolverState::rule_of_copies() const noexcept {
+  double haste = 1;
+  for (Index i = 0; i < copy_count(); ++i) {
+    const CopyFactors& own = copy(i).factors;
+    haste = std::max(haste, double{own.stiffness} / double{own.density});
+  }
+  return hastened(substep_rule, haste);
+}
+
 void SolverState::set_body_gravities(const Tissue& tissue, std::vector<Eigen::Vector3f> own) {
   std::vector<Load> loads;
   if (!own.empty()) {

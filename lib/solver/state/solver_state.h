@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "pbdsurg/base/export.h"
+#include "pbdsurg/solver/copy_factors.h"
 #include "pbdsurg/solver/solver_options.h"
 
 #include "lib/solver/program/backend.h"
@@ -34,11 +35,17 @@ struct CopyState {
   std::vector<Velocity> velocities_before;  // [place] where that began
   float past_substep = 0;                   // s, where lengths count: its own; zero where none does
   std::vector<Load> forces;                 // [place] N, empty while none was set
+  CopyFactors factors;
   std::vector<ToolState> tools;
   Index attachment_colors = 0;
   bool is_state_current = true;                    // else the arrays above are the backend's
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
   StepReport last_report;
+
+  /// m/N, as a substep takes it: see substep_numbers().
+  [[nodiscard]] float grasp_compliance(const Attachment& attachment) const noexcept {
+    return factors.stiffness * attachment.compliance;
+  }
 
   /// As it is here, see `is_state_current`.
   [[nodiscard]] VertexMotion motion_of(Index place) const noexcept {
@@ -161,6 +168,9 @@ struct SolverState : CopyState {
   /// @param vertices  [n] scene vertices
   /// @param out       [n] m
   void read_positions(Index copy, std::span<const Index> vertices, std::span<Eigen::Vector3f> out);
+
+  /// What the copy needs that is the stiffest for its density.
+  [[nodiscard]] PBDSURG_API SubstepRule rule_of_copies() const noexcept;
 
   /// m/s^2
   /// @param body  of the tissue
