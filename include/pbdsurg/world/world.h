@@ -205,8 +205,7 @@ class PBDSURG_API World {
   Index fix(BodyId body, Condition condition);
 
   /// Scatters strands over the first body's surface where it faces the second's; they tear, are cut
-  /// and burn.
-  /// @throws InvalidArgument  naming the body that is a sheet
+  /// and burn. Both sides of a sheet are one surface.
   /// @return  how many there are
   Index join(BodyId first, BodyId second, const JoinOptions& options = {});
 
