@@ -54,6 +54,7 @@ struct Frame {
   StepReport report;                     ///< of the solver, all replicas
   std::vector<CauteryReport> cauteries;  ///< [cautery]
   Index removed_tets = 0,                ///< by all edits of the step
+      removed_triangles = 0,             ///< of sheets, likewise
       removed_links = 0;                 ///< likewise
   Index parted_strands = 0;              ///< for any cause: ConnectiveTissue::events()
   std::vector<RefusedEdit> refused;      ///< in the order in which they were asked
