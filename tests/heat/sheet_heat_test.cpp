@@ -202,6 +202,49 @@ TEST_CASE("sheet heat: the ledger closes through boiling, removal and undo", "[p
   burn(1);
 }
 
+// Would catch masses, faces or tissue of triangles that do not follow an edit, its undo, bodies
+// that come and go, or the ids of before.
+TEST_CASE("sheet heat: a mesh follows edits as one that is made anew", "[property]") {
+  const SheetMesh mesh = testing::make_sheet({6, 5}, 2e-3, 0.2);
+  Scene scene = scene_of(mesh);
+  scene.add_body("block", testing::make_box({2, 2, 1}, 2e-3));
+  Tissue tissue(scene);
+  const std::array bodies{ThermalBody{0, plain()}, ThermalBody{1, tissues::liver().heat}};
+  const ThermalMesh followed(tissue, bodies);
+  const auto check_same = [&] {
+    const ThermalMesh fresh(tissue, bodies);
+    REQUIRE(followed.triangle_count() == fresh.triangle_count());
+    CHECK(followed.sliver_count() == 0);
+    for (Index v = 0; v < tissue.vertex_count(); ++v) {
+      REQUIRE(followed.has_tissue(v) == fresh.has_tissue(v));
+      REQUIRE(followed.mass(v) == fresh.mass(v));
+      REQUIRE(followed.surface_share(v) == fresh.surface_share(v));
+    }
+    for (Index t = 0; t < fresh.triangle_count(); ++t) {
+      const Index element = element_of_triangle(t);
+      REQUIRE(followed.is_alive(element) == fresh.is_alive(element));
+      REQUIRE(followed.edge_coefficients(element) == fresh.edge_coefficients(element));
+    }
+  };
+  const Index middle = 2 * 7 + 3;
+  TopologyEdit edit{.remove_triangles = {3, 4, 40}, .new_vertices = {{middle, middle, 0}}};
+  edit.triangle_moves = {{tissue.triangles_at(middle)[1], middle, tissue.vertex_count()}};
+  const std::uint64_t version = followed.version();
+  tissue.apply(edit);
+  CHECK(followed.version() != version);
+  check_same();
+  tissue.undo();
+  CHECK(followed.version() == version);
+  check_same();
+  tissue.apply(edit);
+  TopologyEdit growth;
+  growth.new_bodies.add_sheet("disc", mesh.positions, mesh.triangles, {});
+  tissue.apply(growth);
+  check_same();
+  tissue.undo();
+  check_same();
+}
+
 // Would catch a region that differs from what the whole sheet gives, or tears from the rim.
 TEST_CASE("sheet heat: the active part gives what the whole sheet gives", "[equivalence]") {
   const SheetMesh mesh = testing::make_sheet({30, 30}, 1e-3, 0.2);
