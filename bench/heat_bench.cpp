@@ -114,7 +114,7 @@ void BM_edit(benchmark::State& state, const std::array<Index, 3>& cells) {
   TopologyEdit edit;
   const Index middle =
       ((cells[2] / 2) * (cells[1] + 1) + cells[1] / 2) * (cells[0] + 1) + cells[0] / 2;
-  warm.field.mesh().for_each_tet(middle, [&](Index t) {
+  warm.field.mesh().for_each_element(middle, [&](Index t) {
     if (edit.remove_tets.size() < 17) {
       edit.remove_tets.push_back(t);
     }
@@ -150,8 +150,8 @@ void BM_edit_and_step(benchmark::State& state, const std::array<Index, 3>& cells
       state.ResumeTiming();
     }
     TopologyEdit edit;
-    warm->field.mesh().for_each_tet(active[7 * i % active.size()],
-                                    [&](Index t) { edit.remove_tets = {t}; });
+    warm->field.mesh().for_each_element(active[7 * i % active.size()],
+                                        [&](Index t) { edit.remove_tets = {t}; });
     warm->tissue.apply(edit);
     benchmark::DoNotOptimize(warm->field.step(kTimeStep, sources));
   }

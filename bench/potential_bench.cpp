@@ -55,7 +55,7 @@ struct Block {
       const double distance = (x - middle).norm() / kEdge;
       if (x.z() > side - 0.5 * kEdge && distance < 1.5) {
         patch.push_back({v, std::min(1.0, 2 * (1.5 - distance))});
-        mesh.for_each_tet(v, [&](Index t) { conductivities[t] *= 1.01; });
+        mesh.for_each_element(v, [&](Index t) { conductivities[t] *= 1.01; });
       }
     }
     field.set_patch(patch, std::numbers::pi * 1.44 * kEdge * kEdge);
@@ -67,8 +67,8 @@ struct Block {
     const auto x = static_cast<Index>(cells / 2 + 4 * std::cos(turn));
     const auto y = static_cast<Index>(cells / 2 + 4 * std::sin(turn));
     TopologyEdit edit;
-    mesh.for_each_tet(((cells + 1) * cells + y) * (cells + 1) + x,
-                      [&](Index t) { edit.remove_tets = {t}; });
+    mesh.for_each_element(((cells + 1) * cells + y) * (cells + 1) + x,
+                          [&](Index t) { edit.remove_tets = {t}; });
     tissue.apply(edit);
   }
 

@@ -81,7 +81,7 @@ struct Organ {
       if (heat.temperatures()[v] < kBodyTemperature + 1) {
         continue;  // as a cautery does
       }
-      heat.mesh().for_each_tet(v, [&](Index t) {
+      heat.mesh().for_each_element(v, [&](Index t) {
         if (heat.mesh().tets()[t][0] == v) {  // once each, but for the rim
           conductivities[t] =
               electrical_conductivity(kLiver, heat.temperatures()[v], heat.water()[v]);

@@ -15,7 +15,7 @@ namespace pbdsurg {
 namespace {
 
 // A region is kept while the patch stays in its middle, as shares of its radius, and this share of
-// its tetrahedra is left.
+// its elements is left.
 constexpr double kMostShift = 0.2;
 constexpr double kMostGrowth = 1.25;
 constexpr double kLeastLeft = 0.75;
@@ -74,7 +74,7 @@ void ContactRegion::renumber(const std::vector<Index>& vertices) {
   leave();
 }
 
-bool ContactRegion::find(std::span<const double> conductivities) {
+bool ContactRegion::find(const ElementSpan& conductivities) {
   find_seeds(conductivities);
   if (seeds_.empty()) {
     return false;
@@ -97,12 +97,12 @@ void ContactRegion::leave() {
   is_found_ = false;
 }
 
-void ContactRegion::find_seeds(std::span<const double> conductivities) {
+void ContactRegion::find_seeds(const ElementSpan& conductivities) {
   seeds_.clear();
   for (const PatchVertex& touched : patch_) {
     bool conducts = false;
     if (touched.vertex < mesh_.vertex_count()) {  // else an undo took it away
-      mesh_.for_each_tet(touched.vertex, [&](Index t) {
+      mesh_.for_each_element(touched.vertex, [&](Index t) {
         check_conductivity(t, conductivities[t]);
         conducts |= conductivities[t] > 0;
       });
@@ -120,10 +120,13 @@ ContactPatch ContactRegion::measure_contact() const {
   for (const PatchVertex& seed : seeds_) {
     now.centre += seed.weight * points[seed.vertex];
     weights += seed.weight;
-    mesh_.for_each_tet(seed.vertex, [&](Index t) {
-      for (const auto& [a, b] : kTetEdges) {
-        lengths += (points[mesh_.tets()[t][a]] - points[mesh_.tets()[t][b]]).norm();
-        ++edges;
+    mesh_.for_each_element(seed.vertex, [&](Index t) {
+      const std::span<const Index> corners = mesh_.corners(t);
+      for (std::size_t a = 0; a < corners.size(); ++a) {
+        for (std::size_t b = a + 1; b < corners.size(); ++b) {
+          lengths += (points[corners[a]] - points[corners[b]]).norm();
+          ++edges;
+        }
       }
     });
   }
@@ -139,7 +142,7 @@ ContactPatch ContactRegion::measure_contact() const {
 }
 
 // Whether a region is what a search would find, but for a shift of the ball.
-bool ContactRegion::serves(const PotentialRegion& region, std::span<const double> conductivities) {
+bool ContactRegion::serves(const PotentialRegion& region, const ElementSpan& conductivities) {
   const bool is_at_most_less = version_ == mesh_.version() || growth_ == mesh_.growth();
   if (!is_found_ || !is_at_most_less || !collect_gone(region, conductivities)) {
     return false;
@@ -152,7 +155,7 @@ bool ContactRegion::serves(const PotentialRegion& region, std::span<const double
     }
     gone_count_ += gone_.size();
     if (static_cast<double>(gone_count_) >
-            (1 - kLeastLeft) * static_cast<double>(region.tets.size()) ||
+            (1 - kLeastLeft) * static_cast<double>(region.elements.size()) ||
         !joints_.hold_without(gone_, mesh_, region, search_, conductivities)) {
       return false;
     }
@@ -163,23 +166,22 @@ bool ContactRegion::serves(const PotentialRegion& region, std::span<const double
 }
 
 // Returns whether all that did not conduct does not do so yet.
-bool ContactRegion::collect_gone(const PotentialRegion& region,
-                                 std::span<const double> conductivities) {
+bool ContactRegion::collect_gone(const PotentialRegion& region, const ElementSpan& conductivities) {
   const auto conductivity = [&](Index t) {
     const double alive = conductivities[t];
     return mesh_.is_alive(t) ? alive : 0.0;
   };
   bool is_valid = true, is_same = true;  // without branches, for mostly nothing has gone
-  for (std::size_t i = 0; i < region.tets.size(); ++i) {
-    const double now = conductivity(region.tets[i]);
+  for (std::size_t i = 0; i < region.elements.size(); ++i) {
+    const double now = conductivity(region.elements[i]);
     found_conductivities_[i] = now;
     is_valid &= is_conductivity(now);
     is_same &= (now == 0) == (is_gone_[i] != 0);
   }
   gone_.clear();
-  for (std::size_t i = 0; i < region.tets.size() && !(is_valid && is_same); ++i) {
+  for (std::size_t i = 0; i < region.elements.size() && !(is_valid && is_same); ++i) {
     const bool is_gone = found_conductivities_[i] == 0;
-    check_conductivity(region.tets[i], found_conductivities_[i]);
+    check_conductivity(region.elements[i], found_conductivities_[i]);
     if (is_gone && is_gone_[i] == 0) {
       gone_.push_back(static_cast<Index>(i));
     } else if (!is_gone && is_gone_[i] != 0) {
@@ -225,7 +227,7 @@ bool ContactRegion::overrides_ground() const {
                      [&](const PatchVertex& seed) { return is_given_ground(seed.vertex); });
 }
 
-void ContactRegion::search(std::span<const double> conductivities) {
+void ContactRegion::search(const ElementSpan& conductivities) {
   is_found_ = false;  // its rows are lost if the search throws
   const std::span<const Eigen::Vector3d> points = mesh_.rest_positions();
   search_.find(
@@ -242,10 +244,10 @@ void ContactRegion::search(std::span<const double> conductivities) {
   found_patch_ = patch_number_;
   found_contact_ = contact_;
   has_overridden_ground_ = overrides_ground();
-  found_conductivities_.resize(next_.tets.size());
-  std::ranges::transform(next_.tets, found_conductivities_.begin(),
+  found_conductivities_.resize(next_.elements.size());
+  std::ranges::transform(next_.elements, found_conductivities_.begin(),
                          [&](Index t) { return conductivities[t]; });
-  is_gone_.assign(next_.tets.size(), 0);
+  is_gone_.assign(next_.elements.size(), 0);
   gone_count_ = 0;
 }
 

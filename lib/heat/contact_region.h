@@ -30,7 +30,7 @@ struct ContactPatch {
 };
 
 /// Follows patch, ground, conductivities and what lives. A region serves while the patch stays in
-/// its middle and tetrahedra at most go from it, or cease to conduct, without cutting anything off:
+/// its middle and elements at most go from it, or cease to conduct, without cutting anything off:
 /// they stay listed then, and conduct nothing.
 class ContactRegion {
  public:
@@ -52,16 +52,16 @@ class ContactRegion {
 
   /// Finds the region of what is touched now, for the next enter().
   /// @return  whether anything that is touched conducts; if not, nothing is found
-  /// @throws InvalidArgument  naming the tetrahedron met whose conductivity is not >= 0 and finite
+  /// @throws InvalidArgument  naming the element met whose conductivity is not >= 0 and finite
   /// Cost: O(region), a small part of a solution's; a search costs more, see RegionSearch.
-  bool find(std::span<const double> conductivities);
+  bool find(const ElementSpan& conductivities);
 
   /// [vertex_count] ids of what was found last
   [[nodiscard]] std::span<const Index> found_vertices() const noexcept {
     return (has_next_ ? next_ : region_).vertices;
   }
 
-  /// [tet_count] S/m of what was found last, zero for what has gone
+  /// [element_count] S/m of what was found last, zero for what has gone
   [[nodiscard]] std::span<const double> found_conductivities() const noexcept {
     return found_conductivities_;
   }
@@ -92,15 +92,15 @@ class ContactRegion {
   [[nodiscard]] Index row_of(Index vertex) const { return search_.row_of(vertex); }
 
  private:
-  void find_seeds(std::span<const double> conductivities);
+  void find_seeds(const ElementSpan& conductivities);
   [[nodiscard]] ContactPatch measure_contact() const;
-  bool serves(const PotentialRegion& region, std::span<const double> conductivities);
-  bool collect_gone(const PotentialRegion& region, std::span<const double> conductivities);
+  bool serves(const PotentialRegion& region, const ElementSpan& conductivities);
+  bool collect_gone(const PotentialRegion& region, const ElementSpan& conductivities);
   [[nodiscard]] bool is_in_middle(const PotentialRegion& region) const;
   [[nodiscard]] bool is_seed(Index vertex) const;
   [[nodiscard]] bool is_given_ground(Index vertex) const;
   [[nodiscard]] bool overrides_ground() const;
-  void search(std::span<const double> conductivities);
+  void search(const ElementSpan& conductivities);
 
   const ThermalMesh& mesh_;
   double radii_;
@@ -123,10 +123,10 @@ class ContactRegion {
   std::uint64_t found_patch_ = 0;
   ContactPatch found_contact_;
   bool has_overridden_ground_ = false;
-  std::vector<char> is_gone_;  // [tet_count] since
+  std::vector<char> is_gone_;  // [element_count] since
   std::size_t gone_count_ = 0;
-  std::vector<double> found_conductivities_;  // [tet_count]
-  std::vector<Index> gone_;  // scratch: places among the tets of those that have just gone
+  std::vector<double> found_conductivities_;  // [element_count]
+  std::vector<Index> gone_;  // scratch: places among the elements of those that have just gone
 };
 
 }  // namespace pbdsurg

@@ -160,10 +160,11 @@ HeatField::Heat HeatField::heat_per_mass(Index vertex) const {
               (specific_heat(here, 1.0) - specific) * (kBoilingTemperature - kBodyTemperature)};
 }
 
-HeatField::Heat HeatField::heat_of(Index tet) const {
+HeatField::Heat HeatField::heat_of(Index element) const {
   Heat sum;
-  const double mass = mesh_.tissues()[mesh_.tissue_of_tet(tet)].density * mesh_.volume(tet) / 4;
-  for (const Index v : mesh_.tets()[tet]) {
+  const double mass = mesh_.tissues()[mesh_.tissue_of_element(element)].density *
+                      mesh_.volume(element) / corner_count(element);
+  for (const Index v : mesh_.corners(element)) {
     const Heat heat = heat_per_mass(v);
     sum.sensible += mass * heat.sensible;
     sum.latent += mass * heat.latent;
@@ -343,13 +344,17 @@ void HeatField::follow(const Tissue&, const TissueChange& change) noexcept {
   has_stepped_ = false;
   // the heat of parents stays with their children
   const auto asked = static_cast<std::size_t>(change.first_removed_parent);
-  for (const Index tet : std::span(change.removed_tets).first(asked)) {
-    if (mesh_.tissue_of_tet(tet) != kInvalidIndex) {
-      const Heat gone = heat_of(tet);
+  const auto remove = [&](Index element) {
+    if (mesh_.tissue_of_element(element) != kInvalidIndex) {
+      const Heat gone = heat_of(element);
       ledger_.sensible -= gone.sensible;
       ledger_.latent -= gone.latent;
       ledger_.removed += gone.sensible + gone.latent;
     }
+  };
+  std::ranges::for_each(std::span(change.removed_tets).first(asked), remove);
+  for (const Index triangle : change.removed_triangles) {
+    remove(element_of_triangle(triangle));
   }
   resize(static_cast<std::size_t>(mesh_.vertex_count()));
   for (std::size_t i = 0; i < change.edit.new_vertices.size(); ++i) {

@@ -7,16 +7,17 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/heat/tissue_state.h"
 
+#include "lib/heat/system_corners.h"
 #include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
 
-// Of a tetrahedron's edges, W/K.
-std::array<double, 6> conductances(const ThermalMesh& mesh, Index tet, double temperature) {
-  std::array<double, 6> values = mesh.edge_coefficients(tet);
+// Of an element's edges, W/K.
+std::array<double, 6> conductances(const ThermalMesh& mesh, Index element, double temperature) {
+  std::array<double, 6> values = mesh.edge_coefficients(element);
   const double conductivity =
-      heat_conductivity(mesh.tissues()[mesh.tissue_of_tet(tet)], temperature);
+      heat_conductivity(mesh.tissues()[mesh.tissue_of_element(element)], temperature);
   for (double& value : values) {
     value *= conductivity;
   }
@@ -49,8 +50,8 @@ void HeatRegion::add(const ThermalMesh& mesh, std::span<const Index> seeds, int 
     std::swap(front_, next_front_);
     next_front_.clear();
     for (const Index v : front_) {
-      mesh.for_each_tet(v, [&](Index t) {
-        for (const Index corner : mesh.tets()[t]) {
+      mesh.for_each_element(v, [&](Index element) {
+        for (const Index corner : mesh.corners(element)) {
           reach(corner);
         }
       });
@@ -105,22 +106,21 @@ void HeatRegion::update(const ThermalMesh& mesh, bool needs_surfaces) {
   gone_at_.clear();
 }
 
-// Calls on_tet(tet, rows) for each live tetrahedron of the region of which a row is the smallest.
-template <class OnTet>
+// Calls on_element(element, rows) for each live element of the region of which a row is the
+// smallest.
+template <class OnElement>
 void HeatRegion::measure(const ThermalMesh& mesh, Index row, bool needs_surfaces,
-                         const OnTet& on_tet) {
+                         const OnElement& on_element) {
   double mass = 0;
   bool is_inner = true;
-  mesh.for_each_tet(vertices_[row], [&](Index t) {
-    mass += mesh.tissues()[mesh.tissue_of_tet(t)].density * mesh.volume(t) / 4;
-    const Tet& corners = mesh.tets()[t];
-    Tet rows;
-    std::transform(corners.begin(), corners.end(), rows.begin(),
-                   [&](Index corner) { return rows_[corner]; });
+  mesh.for_each_element(vertices_[row], [&](Index element) {
+    mass += mesh.tissues()[mesh.tissue_of_element(element)].density * mesh.volume(element) /
+            corner_count(element);
+    const Tet rows = system_corners(mesh, element, rows_);
     const Index first = *std::min_element(rows.begin(), rows.end());
     is_inner = is_inner && first != kInvalidIndex;
     if (first == row) {
-      on_tet(t, rows);
+      on_element(element, rows);
     }
   });
   inner_[row] = is_inner ? 1 : 0;
@@ -138,19 +138,20 @@ void HeatRegion::lay_out(const ThermalMesh& mesh, bool needs_surfaces) {
   inner_.resize(vertices_.size());
   masses_.resize(vertices_.size());
   surfaces_.resize(vertices_.size());
-  tet_starts_.assign(1, 0);
-  tet_ids_.clear();
-  tets_.clear();
+  element_starts_.assign(1, 0);
+  elements_.clear();
+  corners_.clear();
   conductances_.clear();
   for (Index row = 0; row < count; ++row) {
-    measure(mesh, row, needs_surfaces, [&](Index t, const Tet& rows) {
-      tet_ids_.push_back(t);
-      tets_.push_back(rows);
-      conductances_.push_back(conductances(mesh, t, kBodyTemperature));
+    measure(mesh, row, needs_surfaces, [&](Index element, const Tet& rows) {
+      elements_.push_back(element);
+      corners_.push_back(rows);
+      conductances_.push_back(conductances(mesh, element, kBodyTemperature));
     });
-    tet_starts_.push_back(static_cast<Index>(tet_ids_.size()));
+    element_starts_.push_back(static_cast<Index>(elements_.size()));
   }
-  system_.set_rows(count, tets_);
+  has_triangles_ = std::ranges::any_of(elements_, is_triangle);
+  system_.set_rows(count, corners_);
   system_.set_couplings(conductances_);
   device_.has_old_rows = true;
 }
@@ -164,8 +165,8 @@ void HeatRegion::drop_gone(const ThermalMesh& mesh, bool needs_surfaces) {
     const Index row = rows_[v];
     gone_rows_.push_back(row);
     measure(mesh, row, needs_surfaces, [](Index, const Tet&) {});
-    for (Index i = tet_starts_[row]; i < tet_starts_[row + 1]; ++i) {
-      if (!mesh.is_alive(tet_ids_[i])) {
+    for (Index i = element_starts_[row]; i < element_starts_[row + 1]; ++i) {
+      if (!mesh.is_alive(elements_[i])) {
         conductances_[i] = {};
       }
     }
@@ -180,13 +181,14 @@ void HeatRegion::set_temperatures(const ThermalMesh& mesh, std::span<const doubl
       })) {
     return;
   }
-  for (std::size_t i = 0; i < tet_ids_.size(); ++i) {
-    if (mesh.is_alive(tet_ids_[i])) {
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    if (mesh.is_alive(elements_[i])) {
       double temperature = 0;
-      for (const Index row : tets_[i]) {
-        temperature += temperatures[row] / 4;
+      const int corners = corner_count(elements_[i]);
+      for (int k = 0; k < corners; ++k) {
+        temperature += temperatures[corners_[i][k]] / corners;
       }
-      conductances_[i] = conductances(mesh, tet_ids_[i], temperature);
+      conductances_[i] = conductances(mesh, elements_[i], temperature);
     }
   }
   system_.set_couplings(conductances_);
@@ -195,12 +197,12 @@ void HeatRegion::set_temperatures(const ThermalMesh& mesh, std::span<const doubl
 
 // Returns the device, if it has the system as it is now.
 DeviceSystem* HeatRegion::move_to_device() {
-  DeviceSystem* const device = device_.choice.find(system_.row_count());
+  DeviceSystem* const device = has_triangles_ ? nullptr : device_.choice.find(system_.row_count());
   if (device == nullptr) {
     return nullptr;
   }
   if (device_.has_old_rows) {
-    device_.takes_rows = device->set_rows(system_.rows(), tets_);
+    device_.takes_rows = device->set_rows(system_.rows(), corners_);
     device_.has_old_rows = false;
     device_.has_old_conductances = true;
   }

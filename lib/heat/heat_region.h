@@ -18,10 +18,10 @@
 
 namespace pbdsurg {
 
-/// Some vertices of a mesh, ascending: the rows of a system. Tetrahedra conduct whose corners are
+/// Some vertices of a mesh, ascending: the rows of a system. Elements conduct whose corners are
 /// all among them, so the rim is insulated. Two regions of the same vertices and living tissue are
 /// the same to the bit on the CPU, however they came to be; a device sums what has gone, too, in
-/// another order.
+/// another order, and takes no region with triangles.
 class HeatRegion {
  public:
   /// @param device_rows  from which a device solves, where the executor is one
@@ -55,15 +55,15 @@ class HeatRegion {
   /// @param vertices      old to new  @param vertex_count  of the mesh from now on
   void renumber(const std::vector<Index>& vertices, Index vertex_count);
 
-  /// Tells that tetrahedra in the region may have changed.
+  /// Tells that elements in the region may have changed.
   void mark_changed() noexcept;
 
-  /// Tells that tetrahedra have gone that had all their corners among some vertices, and nothing
+  /// Tells that elements have gone that had all their corners among some vertices, and nothing
   /// else has changed.
   void mark_gone(std::span<const Index> vertices);
 
   /// Makes rows and system anew if anything has changed. Cost: O(region) then; O(gone) where
-  /// tetrahedra went and nothing else.
+  /// elements went and nothing else.
   /// @param needs_surfaces  the same in every call
   void update(const ThermalMesh& mesh, bool needs_surfaces);
 
@@ -98,8 +98,9 @@ class HeatRegion {
     bool takes_rows = false;
   };
 
-  template <class OnTet>
-  void measure(const ThermalMesh& mesh, Index row, bool needs_surfaces, const OnTet& on_tet);
+  template <class OnElement>
+  void measure(const ThermalMesh& mesh, Index row, bool needs_surfaces,
+               const OnElement& on_element);
   void lay_out(const ThermalMesh& mesh, bool needs_surfaces);
   void drop_gone(const ThermalMesh& mesh, bool needs_surfaces);
   [[nodiscard]] DeviceSystem* move_to_device();
@@ -112,10 +113,11 @@ class HeatRegion {
   std::vector<Index> gone_at_;                       // vertices
   std::vector<std::uint8_t> inner_;                  // [row_count]
   std::vector<double> masses_, surfaces_;            // [row_count]
-  std::vector<Index> tet_starts_;                    // [row_count + 1]
-  std::vector<Index> tet_ids_;                       // by the smallest row, then the id
-  std::vector<Tet> tets_;                            // [tet_ids_] rows at corners
-  std::vector<std::array<double, 6>> conductances_;  // [tet_ids_] W/K
+  std::vector<Index> element_starts_;                // [row_count + 1]
+  std::vector<Index> elements_;                      // by the smallest row, then as at its vertex
+  std::vector<Tet> corners_;                         // [elements_] rows, as LocalSystem has them
+  std::vector<std::array<double, 6>> conductances_;  // [elements_] W/K
+  bool has_triangles_ = false;
   // scratch
   std::vector<Index> gone_rows_;
   std::vector<Index> front_, next_front_;

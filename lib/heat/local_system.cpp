@@ -77,7 +77,8 @@ void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
     for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
       RowTet& at = row_tets_[i];
       for (int k = 0; k < 3; ++k) {
-        at.entries[k] = marks_[tets[at.tet][k < at.corner ? k : k + 1]];
+        const Index column = tets[at.tet][k < at.corner ? k : k + 1];
+        at.entries[k] = column == row ? starts_[row] : marks_[column];  // takes nothing
       }
     }
   }
@@ -164,8 +165,11 @@ void LocalSystem::sum_at_corners(std::span<const double> values, std::span<doubl
     for_each_piece(worker, piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         out[row] = 0;
+        Index last = kInvalidIndex;
         for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
-          out[row] += values[row_tets_[i].tet];
+          const Index tet = row_tets_[i].tet;
+          out[row] += tet == last ? 0 : values[tet];
+          last = tet;
         }
       }
     });

@@ -54,7 +54,7 @@ class LocalSystem {
   /// Takes new rows, coupled where they share a tetrahedron; all couplings are then zero, nothing
   /// is added and nothing grouped. Cost: O(rows + tets).
   /// @param tets  [tet_count] rows at the corners, each in [0, row_count); ordered, since sums run
-  ///              in this order
+  ///              in this order. A triangle repeats its last corner, and no edge there conducts.
   void set_rows(Index row_count, std::span<const Tet> tets);
 
   /// Sums all couplings afresh. Cost: O(tets).
@@ -89,7 +89,7 @@ class LocalSystem {
   /// sum_j c_ij of a row, which is what couplings have on the diagonal
   [[nodiscard]] double coupling_sum(Index row) const { return coupling_sums_[row]; }
 
-  /// out_i = the sum of values over the tetrahedra that have row i as a corner.
+  /// out_i = the sum of values over the elements that have row i as a corner, each once.
   /// @param values  [tet_count]
   /// @param out     [row_count]
   void sum_at_corners(std::span<const double> values, std::span<double> out) const;

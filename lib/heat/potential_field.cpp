@@ -46,6 +46,14 @@ void check_size(const char* what, std::span<T> values, Index count) {
   }
 }
 
+// None are needed for sheets that do not conduct.
+void check_sizes(const ElementSpan& conductivities, const ThermalMesh& mesh) {
+  check_size("conductivities", conductivities.tets, mesh.tet_count());
+  if (mesh.has_sheets() || !conductivities.triangles.empty()) {
+    check_size("conductivities of triangles", conductivities.triangles, mesh.triangle_count());
+  }
+}
+
 const PotentialOptions& checked(const PotentialOptions& options) {
   check(options.region_radii > 1 && std::isfinite(options.region_radii), "region_radii",
         options.region_radii, "> 1 and finite");
@@ -113,7 +121,8 @@ struct PotentialField::Work final : Follower {
 
   std::vector<PatchVertex> sorted_patch;                 // scratch
   std::vector<double> added, sources, potentials, heat;  // [row_count]
-  std::vector<double> tet_heat;                          // [tet_count]
+  std::vector<double> element_heat;                      // [element_count]
+  std::vector<double> corner_heat;                       // [element_count] at each, scratch
   std::vector<double> last;                              // [vertex_count] kUnknown, scratch
   std::vector<double> kept;                              // [row_count] scratch
   PotentialReport report;
@@ -152,11 +161,11 @@ std::span<const double> PotentialField::potentials() const noexcept {
 std::span<const double> PotentialField::vertex_heat() const noexcept {
   return work_->heat;
 }
-std::span<const Index> PotentialField::tets() const noexcept {
-  return work_->region().tets;
+std::span<const Index> PotentialField::elements() const noexcept {
+  return work_->region().elements;
 }
-std::span<const double> PotentialField::tet_heat() const noexcept {
-  return work_->tet_heat;
+std::span<const double> PotentialField::element_heat() const noexcept {
+  return work_->element_heat;
 }
 
 void PotentialField::set_patch(std::span<const PatchVertex> patch, double area) {
@@ -189,18 +198,18 @@ void PotentialField::set_ground(std::span<const Index> vertices) {
   work_->around.set_ground(vertices);
 }
 
-std::span<const Index> PotentialField::find_region(std::span<const double> conductivities) {
+std::span<const Index> PotentialField::find_region(const ElementSpan& conductivities) {
   work_->mesh.check_current("the mesh of a potential");
-  check_size("conductivities", conductivities, work_->mesh.tet_count());
+  check_sizes(conductivities, work_->mesh);
   return work_->around.find(conductivities) ? work_->around.found_vertices()
                                             : std::span<const Index>();
 }
 
-const PotentialReport& PotentialField::solve(std::span<const double> conductivities,
+const PotentialReport& PotentialField::solve(const ElementSpan& conductivities,
                                              std::span<const Eigen::Vector3f> positions) {
   Work& work = *work_;
   work.mesh.check_current("the mesh of a potential");
-  check_size("conductivities", conductivities, work.mesh.tet_count());
+  check_sizes(conductivities, work.mesh);
   if (!positions.empty()) {
     check_size("positions", positions, work.mesh.vertex_count());
   }
@@ -258,7 +267,7 @@ void PotentialField::Work::enter_region() {
 }
 
 void PotentialField::Work::move_to_device() {
-  on_device = device.find(system.row_count());
+  on_device = region().has_triangles ? nullptr : device.find(system.row_count());
   if (on_device != nullptr && !on_device->set_rows(system.rows(), region().corners)) {
     on_device = nullptr;
   }
@@ -271,7 +280,7 @@ void PotentialField::Work::leave_region() {
   around.leave();
   potentials.clear();
   heat.clear();
-  tet_heat.clear();
+  element_heat.clear();
 }
 
 // Returns whether a new solution is due.
@@ -314,7 +323,7 @@ void PotentialField::Work::solve() {
     }
   }
   is_patch_new = false;
-  tet_heat.resize(region().tets.size());
+  element_heat.resize(region().elements.size());
   heat.resize(rows);
   LinearSolveReport solution;
   if (region().has_ground) {
@@ -334,7 +343,7 @@ void PotentialField::Work::solve() {
 LinearSolveReport PotentialField::Work::solve_system() {
   const LinearSolveOptions how{options.tolerance, options.most_iterations};
   if (on_device != nullptr) {
-    return on_device->solve({conductances.used(), added, sources, true, how, tet_heat, heat},
+    return on_device->solve({conductances.used(), added, sources, true, how, element_heat, heat},
                             potentials);
   }
   system.set_added(added);
@@ -343,7 +352,7 @@ LinearSolveReport PotentialField::Work::solve_system() {
 
 void PotentialField::Work::sum_heat() {
   if (!region().has_ground) {
-    std::ranges::fill(tet_heat, 0.0);
+    std::ranges::fill(element_heat, 0.0);
     std::ranges::fill(heat, 0.0);
     return;
   }
@@ -352,6 +361,7 @@ void PotentialField::Work::sum_heat() {
     return;
   }
   const std::span<const Tet> corners = region().corners;
+  corner_heat.resize(corners.size());
   share_work(options.executor, std::ssize(corners), [&](const Worker& worker) {
     const std::size_t first = corners.size() * worker.thread / worker.count;
     const std::size_t end = corners.size() * (worker.thread + 1) / worker.count;
@@ -363,13 +373,11 @@ void PotentialField::Work::sum_heat() {
         const double drop = at[kTetEdges[k][0]] - at[kTetEdges[k][1]];
         sum += conductances.values()[i][k] * drop * drop;
       }
-      tet_heat[i] = sum;
+      element_heat[i] = sum;
+      corner_heat[i] = sum / corner_count(region().elements[i]);
     }
   });
-  system.sum_at_corners(tet_heat, heat);
-  for (double& watts : heat) {
-    watts /= 4;
-  }
+  system.sum_at_corners(corner_heat, heat);
   for (const PatchVertex& seed : around.seeds()) {
     const Index row = around.row_of(seed.vertex);
     const double drop = 1 - potentials[row];

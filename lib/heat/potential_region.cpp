@@ -10,6 +10,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/heat/local_system.h"
+#include "lib/heat/system_corners.h"
 
 namespace pbdsurg {
 namespace {
@@ -47,18 +48,19 @@ void bisect(std::span<const Eigen::Vector3d> positions, std::span<const Index> v
 void PotentialRegion::clear() {
   vertices.clear();
   is_ground.clear();
-  tets.clear();
+  elements.clear();
   corners.clear();
   insulators.clear();
   group_starts.clear();
   piece_count = 0;
   has_ground = false;
+  has_triangles = false;
 }
 
 void RegionSearch::start(const ThermalMesh& mesh, PotentialRegion& region) {
   seen_vertices_.resize(static_cast<std::size_t>(mesh.vertex_count()));
   rows_.resize(static_cast<std::size_t>(mesh.vertex_count()));
-  seen_tets_.resize(static_cast<std::size_t>(mesh.tet_count()));
+  seen_elements_.resize(mesh.tet_count(), mesh.triangle_count());
   ++round_;
   region.clear();
 }
@@ -72,19 +74,20 @@ bool RegionSearch::meet(Index vertex, PotentialRegion& region) {
   return true;
 }
 
-void RegionSearch::visit(const ThermalMesh& mesh, Index tet, double conductivity,
+void RegionSearch::visit(const ThermalMesh& mesh, Index element, double conductivity,
                          PotentialRegion& region) {
-  if (seen_tets_[tet] == round_) {
+  if (seen_elements_[element] == round_) {
     return;
   }
-  seen_tets_[tet] = round_;
-  check_conductivity(tet, conductivity);
+  seen_elements_[element] = round_;
+  check_conductivity(element, conductivity);
   if (conductivity == 0) {
-    region.insulators.push_back(tet);
+    region.insulators.push_back(element);
     return;
   }
-  region.tets.push_back(tet);
-  for (const Index v : mesh.tets()[tet]) {
+  region.elements.push_back(element);
+  region.has_triangles |= is_triangle(element);
+  for (const Index v : mesh.corners(element)) {
     meet(v, region);
   }
 }
@@ -110,11 +113,9 @@ void RegionSearch::finish(const ThermalMesh& mesh, PotentialRegion& region) {
     region.is_ground[row] = ground_[order_[row]];
     rows_[region.vertices[row]] = static_cast<Index>(row);
   }
-  region.corners.resize(region.tets.size());
-  for (std::size_t i = 0; i < region.tets.size(); ++i) {
-    const Tet& tet = mesh.tets()[region.tets[i]];
-    std::transform(tet.begin(), tet.end(), region.corners[i].begin(),
-                   [&](Index v) { return rows_[v]; });
+  region.corners.resize(region.elements.size());
+  for (std::size_t i = 0; i < region.elements.size(); ++i) {
+    region.corners[i] = system_corners(mesh, region.elements[i], rows_);
   }
 }
 
@@ -125,9 +126,12 @@ void check_vertex(const char* what, Index vertex, Index count) {
   }
 }
 
-void refuse_conductivity(Index tet, double conductivity) {
-  throw InvalidArgument("tet " + std::to_string(tet) + " has an electrical conductivity of " +
-                        std::to_string(conductivity) + " S/m; it must be >= 0 and finite");
+void refuse_conductivity(Index element, double conductivity) {
+  throw InvalidArgument((is_triangle(element)
+                             ? "triangle " + std::to_string(triangle_of_element(element))
+                             : "tet " + std::to_string(element)) +
+                        " has an electrical conductivity of " + std::to_string(conductivity) +
+                        " S/m; it must be >= 0 and finite");
 }
 
 }  // namespace pbdsurg

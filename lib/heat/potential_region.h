@@ -16,17 +16,18 @@
 
 namespace pbdsurg {
 
-/// What conducting tetrahedra join to some vertices without crossing ground. Vertices become rows
+/// What conducting elements join to some vertices without crossing ground. Vertices become rows
 /// in compact groups of about equal size, so that neighbours are near in memory.
 struct PotentialRegion {
   std::vector<Index> vertices;      // [row_count] ids
   std::vector<char> is_ground;      // [row_count]
   std::vector<Index> group_starts;  // [group_count + 1]
-  std::vector<Index> tets;          // [tet_count] ids
-  std::vector<Tet> corners;         // [tet_count] rows
-  std::vector<Index> insulators;    // ids of tets met that do not conduct
+  std::vector<Index> elements;      // [element_count] ids
+  std::vector<Tet> corners;         // [element_count] rows, as LocalSystem has them
+  std::vector<Index> insulators;    // ids of elements met that do not conduct
   Index piece_count = 0;            // that nothing joins but the electrode
   bool has_ground = false;
+  bool has_triangles = false;
 
   /// Keeps its memory.
   void clear();
@@ -37,12 +38,12 @@ class RegionSearch {
  public:
   /// @param seeds           vertices to start from
   /// @param is_ground       whether a vertex is ground: not for seeds
-  /// @param conductivities  [tet_count] S/m
-  /// @throws InvalidArgument  naming the tetrahedron met whose conductivity is not >= 0 and finite
+  /// @param conductivities  S/m
+  /// @throws InvalidArgument  naming the element met whose conductivity is not >= 0 and finite
   /// Cost: O(region log(groups)).
   template <class IsGround>
   void find(const ThermalMesh& mesh, std::span<const PatchVertex> seeds, const IsGround& is_ground,
-            std::span<const double> conductivities, PotentialRegion& region) {
+            const ElementSpan& conductivities, PotentialRegion& region) {
     start(mesh, region);
     for (const PatchVertex& seed : seeds) {
       std::size_t next = region.vertices.size();
@@ -53,7 +54,7 @@ class RegionSearch {
         region.is_ground.push_back(ends ? 1 : 0);
         region.has_ground |= ends;
         if (!ends) {
-          mesh.for_each_tet(v, [&](Index t) { visit(mesh, t, conductivities[t], region); });
+          mesh.for_each_element(v, [&](Index e) { visit(mesh, e, conductivities[e], region); });
         }
       }
     }
@@ -68,16 +69,16 @@ class RegionSearch {
  private:
   void start(const ThermalMesh& mesh, PotentialRegion& region);
   bool meet(Index vertex, PotentialRegion& region);
-  void visit(const ThermalMesh& mesh, Index tet, double conductivity, PotentialRegion& region);
+  void visit(const ThermalMesh& mesh, Index element, double conductivity, PotentialRegion& region);
   void finish(const ThermalMesh& mesh, PotentialRegion& region);
 
   std::uint32_t round_ = 0;
-  std::vector<std::uint32_t> seen_vertices_;  // [vertex_count] round in which it was met
-  std::vector<std::uint32_t> seen_tets_;      // [tet_count]
-  std::vector<Index> rows_;                   // [vertex_count]
-  std::vector<Index> order_;                  // [row_count] scratch
-  std::vector<char> ground_;                  // [row_count] scratch
-  std::vector<Index> found_;                  // [row_count] scratch
+  std::vector<std::uint32_t> seen_vertices_;    // [vertex_count] round in which it was met
+  ElementValues<std::uint32_t> seen_elements_;  // likewise
+  std::vector<Index> rows_;                     // [vertex_count]
+  std::vector<Index> order_;                    // [row_count] scratch
+  std::vector<char> ground_;                    // [row_count] scratch
+  std::vector<Index> found_;                    // [row_count] scratch
 };
 
 /// @throws InvalidArgument  if a vertex is not in [0, count), naming it and what has it
@@ -86,12 +87,12 @@ void check_vertex(const char* what, Index vertex, Index count);
 inline bool is_conductivity(double value) {
   return value >= 0 && value <= std::numeric_limits<double>::max();
 }
-[[noreturn]] void refuse_conductivity(Index tet, double conductivity);
+[[noreturn]] void refuse_conductivity(Index element, double conductivity);
 
 /// @throws InvalidArgument  naming a conductivity that is not >= 0 and finite
-inline void check_conductivity(Index tet, double conductivity) {
+inline void check_conductivity(Index element, double conductivity) {
   if (!is_conductivity(conductivity)) {
-    refuse_conductivity(tet, conductivity);
+    refuse_conductivity(element, conductivity);
   }
 }
 

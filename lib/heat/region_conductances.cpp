@@ -7,10 +7,12 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/heat/triangle_coefficients.h"
+
 namespace pbdsurg {
 namespace {
 
-constexpr double kLeastShare = 0.1;  // of a tetrahedron's volume at rest
+constexpr double kLeastShare = 0.1;  // of an element's volume at rest
 
 // As ThermalMesh::edge_coefficients(), of a tetrahedron that may be flat, inverted or a point:
 // gradients are inward area vectors of faces over three volumes, so that with any volume > 0 the
@@ -44,9 +46,37 @@ std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> posi
   return coefficients;
 }
 
+// The same of a triangle, which may be a line or a point. A stretched sheet does not get thinner.
+std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> positions,
+                                           const Triangle& triangle, double thickness,
+                                           double rest_area) {
+  std::array<Eigen::Vector3d, 3> x;
+  double longest = 0;  // squared
+  for (std::size_t i = 0; i < 3; ++i) {
+    x[i] = positions[triangle[i]].cast<double>();
+    longest =
+        std::max(longest, (x[i] - positions[triangle[(i + 1) % 3]].cast<double>()).squaredNorm());
+  }
+  const double area = (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2;
+  return triangle_coefficients(
+      x, thickness, std::max({area, kLeastShare * rest_area, ThermalMesh::kLeastVolume * longest}));
+}
+
+std::array<double, 6> current_coefficients(const ThermalMesh& mesh, Index element,
+                                           std::span<const Eigen::Vector3f> positions) {
+  if (!is_triangle(element)) {
+    return current_coefficients(positions, mesh.tets()[element], mesh.volume(element));
+  }
+  const Tissue& tissue = mesh.tissue();
+  const Index triangle = triangle_of_element(element);
+  const double thickness = tissue.body(tissue.body_of_triangle(triangle)).thickness;
+  return current_coefficients(positions, tissue.triangles()[triangle], thickness,
+                              mesh.volume(element) / thickness);
+}
+
 }  // namespace
 
-// Of the i-th tetrahedron.
+// Of the i-th element.
 void RegionConductances::use(const Source& source, std::size_t i, bool is_on_device) {
   const double conductivity = source.conductivities[i];
   used_[i] = conductivity;
@@ -54,18 +84,17 @@ void RegionConductances::use(const Source& source, std::size_t i, bool is_on_dev
     values_[i] = {};  // wherever its corners may be now
     return;
   }
-  const Index t = source.region.tets[i];
-  values_[i] =
-      source.positions.empty()
-          ? source.mesh.edge_coefficients(t)
-          : current_coefficients(source.positions, source.mesh.tets()[t], source.mesh.volume(t));
+  const Index element = source.region.elements[i];
+  values_[i] = source.positions.empty()
+                   ? source.mesh.edge_coefficients(element)
+                   : current_coefficients(source.mesh, element, source.positions);
   for (double& value : values_[i]) {
     value *= is_on_device ? 1 : conductivity;
   }
 }
 
 void RegionConductances::set(const Source& source, const Takers& takers) {
-  const std::size_t count = source.region.tets.size();
+  const std::size_t count = source.region.elements.size();
   used_.resize(count);
   values_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {

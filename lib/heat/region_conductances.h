@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Electrical conductances of the tetrahedra of a region, in the shape that tissue has now.
+/// Electrical conductances of the elements of a region, in the shape that tissue has now.
 
 #include <Eigen/Core>
 #include <array>
@@ -25,7 +25,7 @@ class RegionConductances {
   struct Source {
     const ThermalMesh& mesh;
     const PotentialRegion& region;
-    std::span<const double> conductivities;      // [tet_count of the region] S/m, 0: gone
+    std::span<const double> conductivities;      // [element_count of the region] S/m, 0: gone
     std::span<const Eigen::Vector3f> positions;  // [vertex_count of the mesh] m; empty: at rest
   };
 
@@ -50,19 +50,19 @@ class RegionConductances {
   bool update(const Source& source, double most_change, double most_move, bool is_due,
               const Takers& takers);
 
-  /// [tet_count of the region] S/m, zero for what has gone
+  /// [element_count of the region] S/m, zero for what has gone
   [[nodiscard]] std::span<const double> used() const noexcept { return used_; }
 
-  /// [tet_count of the region] S, of the edges in the order of kTetEdges; for a device m, as used()
-  /// goes up with each solution
+  /// [element_count of the region] S, of the edges in the order of kTetEdges; for a device m, as
+  /// used() goes up with each solution
   [[nodiscard]] std::span<const std::array<double, 6>> values() const noexcept { return values_; }
 
  private:
   [[nodiscard]] bool has_moved(const Source& source, double most) const;
   void use(const Source& source, std::size_t i, bool is_on_device);
 
-  std::vector<double> used_;                     // [tet_count] S/m
-  std::vector<std::array<double, 6>> values_;    // [tet_count]
+  std::vector<double> used_;                     // [element_count] S/m
+  std::vector<std::array<double, 6>> values_;    // [element_count]
   std::vector<Eigen::Vector3f> used_positions_;  // [row_count] m, or empty: at rest
   // scratch
   std::vector<Index> changed_rows_;

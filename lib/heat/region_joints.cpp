@@ -12,7 +12,7 @@ constexpr Index kLoose = -2;  // as a parent: nothing that conducts is left ther
 
 bool RegionJoints::hold_without(std::span<const Index> gone, const ThermalMesh& mesh,
                                 const PotentialRegion& region, const RegionSearch& search,
-                                std::span<const double> conductivities) {
+                                const ElementSpan& conductivities) {
   if (parents_.size() < region.vertices.size()) {
     parents_.resize(region.vertices.size(), kInvalidIndex);
   }
@@ -26,7 +26,7 @@ bool RegionJoints::hold_without(std::span<const Index> gone, const ThermalMesh& 
 
 bool RegionJoints::search_rings(std::span<const Index> gone, const ThermalMesh& mesh,
                                 const PotentialRegion& region, const RegionSearch& search,
-                                std::span<const double> conductivities) {
+                                const ElementSpan& conductivities) {
   for (const Index i : gone) {
     for (const Index row : region.corners[i]) {
       if (region.is_ground[row] != 0) {
@@ -41,12 +41,12 @@ bool RegionJoints::search_rings(std::span<const Index> gone, const ThermalMesh& 
     for (const std::size_t end = met_.size(); next < end; ++next) {
       const Index row = met_[next];
       bool is_loose = true;
-      mesh.for_each_tet(region.vertices[row], [&](Index t) {
+      mesh.for_each_element(region.vertices[row], [&](Index t) {
         if (conductivities[t] == 0) {
           return;
         }
         is_loose = false;
-        for (const Index v : mesh.tets()[t]) {
+        for (const Index v : mesh.corners(t)) {
           const Index other = search.row_of(v);
           if (region.is_ground[other] == 0) {
             meet(other);

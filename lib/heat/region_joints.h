@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Whether tissue still hangs together where tetrahedra have gone.
+/// Whether tissue still hangs together where elements have gone.
 
 #include <span>
 #include <vector>
@@ -16,16 +16,16 @@ namespace pbdsurg {
 
 class RegionJoints {
  public:
-  /// Whether what tetrahedra that conduct no more joined is still joined within some rings of them,
+  /// Whether what elements that conduct no more joined is still joined within some rings of them,
   /// without crossing ground: then a search would meet all else of the region as before. Also no
   /// where ground was touched, or where the way round is longer.
   /// @param search          the last of which found `region`
-  /// @param gone            places of those tetrahedra among those of the region
-  /// @param conductivities  [tet_count of the mesh] S/m
-  /// Cost: O(gone), for the tetrahedra within these rings.
+  /// @param gone            places of those elements among those of the region
+  /// @param conductivities  S/m
+  /// Cost: O(gone), for the elements within these rings.
   bool hold_without(std::span<const Index> gone, const ThermalMesh& mesh,
                     const PotentialRegion& region, const RegionSearch& search,
-                    std::span<const double> conductivities);
+                    const ElementSpan& conductivities);
 
  private:
   void meet(Index row);
@@ -33,7 +33,7 @@ class RegionJoints {
   [[nodiscard]] bool are_joined(const Tet& rows, Index& common);
   bool search_rings(std::span<const Index> gone, const ThermalMesh& mesh,
                     const PotentialRegion& region, const RegionSearch& search,
-                    std::span<const double> conductivities);
+                    const ElementSpan& conductivities);
 
   std::vector<Index> parents_;  // [row_count] of a forest, kInvalidIndex but within a call
   std::vector<Index> met_;      // rows

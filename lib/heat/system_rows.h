@@ -11,7 +11,7 @@
 
 namespace pbdsurg {
 
-/// What one row takes of one tetrahedron that it is a corner of.
+/// What one row takes of one element that it is a corner of.
 struct RowTet {
   Index tet;
   int corner;

@@ -10,6 +10,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/renumbering.h"
 
+#include "lib/heat/triangle_coefficients.h"
 #include "lib/tissue/renumber.h"
 #include "lib/tissue/sheet.h"
 
@@ -21,11 +22,6 @@ std::shared_ptr<const Tissue> tissue_of(const TetMesh& mesh) {
   Scene scene;
   scene.add_body("body", mesh);
   return std::make_shared<const Tissue>(scene);
-}
-
-Tet moved(Tet vertices, const CornerMove& move) {
-  std::ranges::replace(vertices, move.from, move.to);
-  return vertices;
 }
 
 }  // namespace
@@ -52,8 +48,7 @@ ThermalMesh::ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties>
   resize();
   std::vector<Index> vertex_layers(mesh.positions().size(), 0);
   for (Index t = mesh.tet_count() - 1; t >= 0; --t) {
-    tet_tissues_.set(t, tet_layers[t]);
-    measure(t);
+    add_element(t, tet_layers[t]);
     for (const Index v : mesh.tets()[t]) {
       vertex_layers[v] = tet_layers[t];
     }
@@ -71,18 +66,16 @@ ThermalMesh::ThermalMesh(const Tissue& tissue, std::span<const ThermalBody> bodi
                     [&](const ThermalBody& other) { return other.body == entry.body; })) {
       throw InvalidArgument("body '" + body.name + "' is given twice");
     }
-    if (is_sheet(body)) {
-      throw InvalidArgument("body '" + body.name +
-                            "' is a sheet, which has no heat: only "
-                            "tetrahedra do");
-    }
     check_thermal_properties(entry.properties);
     for (const Index v : tissue.vertices_of(entry.body)) {
       vertex_tissues_.set(v, static_cast<Index>(i));
     }
     for (const Index t : tissue.tets_of(entry.body)) {
-      tet_tissues_.set(t, static_cast<Index>(i));
-      measure(t);
+      add_element(t, static_cast<Index>(i));
+    }
+    has_sheets_ = has_sheets_ || is_sheet(body);
+    for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+      add_element(element_of_triangle(t), static_cast<Index>(i));
     }
     tissues_.push_back(entry.properties);
   }
@@ -100,7 +93,7 @@ void ThermalMesh::check_current(const char* who) const {
   if (tissue_ == nullptr) {
     throw_moved_from(who);
   }
-  if (volumes_.size() != static_cast<Index>(tissue_->tets().size()) ||
+  if (tet_count() != static_cast<Index>(tissue_->tets().size()) ||
       tissue_->version() != seen_version_) {
     throw InvalidArgument(std::string(who) + " is at topology version " +
                           std::to_string(seen_version_) + ", its tissue at " +
@@ -113,43 +106,76 @@ void ThermalMesh::set_tissue(const ThermalProperties& tissue) {
   std::fill(tissues_.begin(), tissues_.end(), tissue);
 }
 
-void ThermalMesh::resize() {
-  const auto vertices = static_cast<std::size_t>(tissue_->vertex_count());
-  const std::size_t tets = tissue_->tets().size();
-  vertex_tissues_.resize(vertices, kInvalidIndex);
-  touched_at_.resize(vertices);
-  tet_tissues_.resize(tets, kInvalidIndex);
-  volumes_.resize(tets, 0.0);
-  coefficients_.resize(tets, {});
+void ThermalMesh::Elements::resize(std::size_t count) {
+  tissues.resize(count, kInvalidIndex);
+  volumes.resize(count, 0.0);
+  coefficients.resize(count, {});
 }
 
-double ThermalMesh::longest_edge(Index tet) const noexcept {
+void ThermalMesh::Elements::begin_edit() {
+  tissues.begin_edit();
+  volumes.begin_edit();
+  coefficients.begin_edit();
+}
+
+void ThermalMesh::Elements::undo() {
+  tissues.undo();
+  volumes.undo();
+  coefficients.undo();
+}
+
+void ThermalMesh::resize() {
+  const auto vertices = static_cast<std::size_t>(tissue_->vertex_count());
+  vertex_tissues_.resize(vertices, kInvalidIndex);
+  touched_at_.resize(vertices);
+  tets_.resize(tissue_->tets().size());
+  triangles_.resize(tissue_->triangles().size());
+}
+
+double ThermalMesh::longest_edge(Index element) const noexcept {
   const std::span<const Eigen::Vector3d> points = rest_positions();
-  const Tet& corners = tets()[tet];
   double longest = 0;
-  for (const auto& [a, b] : kTetEdges) {
-    longest = std::max(longest, (points[corners[a]] - points[corners[b]]).norm());
+  for (const Index a : corners(element)) {
+    for (const Index b : corners(element)) {
+      longest = std::max(longest, (points[a] - points[b]).norm());
+    }
   }
   return longest;
 }
 
-// Of a tetrahedron whose volume is measured.
-bool ThermalMesh::is_sliver(Index tet) const noexcept {
-  const double longest = longest_edge(tet);
-  return !(longest > 0) || volumes_[tet] / (longest * longest * longest) < kLeastVolume;
+// Of an element whose volume is measured.
+bool ThermalMesh::is_sliver(Index element) const noexcept {
+  const double longest = longest_edge(element);
+  if (!(longest > 0)) {
+    return true;
+  }
+  return is_triangle(element)
+             ? triangle_area(rest_positions(), tissue_->triangles()[place(element)]) /
+                       (longest * longest) <
+                   kLeastVolume
+             : volume(element) / (longest * longest * longest) < kLeastVolume;
+}
+
+void ThermalMesh::add_element(Index element, Index tissue) noexcept {
+  of(element).tissues.set(local(element), tissue);
+  const double longest = longest_edge(element);
+  if (is_triangle(element)) {
+    measure_triangle(triangle_of_element(element), longest);
+  } else {
+    measure_tet(element, longest);
+  }
+  sliver_count_ += is_sliver(element) ? 1 : 0;
 }
 
 // Gradients are inward area vectors of the faces over three volumes. Scaled areas and lengths keep
 // the arithmetic away from underflow for the smallest of slivers.
-void ThermalMesh::measure(Index tet) noexcept {
+void ThermalMesh::measure_tet(Index tet, double longest) noexcept {
   const std::span<const Eigen::Vector3d> points = rest_positions();
   const Tet& v = tets()[tet];
-  const double longest = longest_edge(tet);
-  volumes_.set(tet, std::max(tet_volume(points, v), 0.0));
+  tets_.volumes.set(tet, std::max(tet_volume(points, v), 0.0));
   std::array<double, 6> coefficients{};
-  sliver_count_ += is_sliver(tet) ? 1 : 0;
   if (!(longest > 0)) {
-    coefficients_.set(tet, coefficients);
+    tets_.coefficients.set(tet, coefficients);
     return;
   }
   std::array<Eigen::Vector3d, 4> areas;  // doubled, over longest^2
@@ -158,15 +184,26 @@ void ThermalMesh::measure(Index tet) noexcept {
     areas[i] =
         ((points[v[c]] - points[v[a]]) / longest).cross((points[v[b]] - points[v[a]]) / longest);
   }
-  const double volume = volumes_[tet] / (longest * longest * longest);
+  const double volume = tets_.volumes[tet] / (longest * longest * longest);
   for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
     const auto& [i, j] = kTetEdges[e];
     coefficients[e] = -longest * areas[i].dot(areas[j]) / (36 * std::max(volume, kLeastVolume));
   }
-  coefficients_.set(tet, coefficients);
+  tets_.coefficients.set(tet, coefficients);
 }
 
-void ThermalMesh::touch(const Tet& vertices) {
+void ThermalMesh::measure_triangle(Index triangle, double longest) noexcept {
+  const std::span<const Eigen::Vector3d> points = rest_positions();
+  const Triangle& v = tissue_->triangles()[static_cast<std::size_t>(triangle)];
+  const double thickness = tissue_->body(tissue_->body_of_triangle(triangle)).thickness;
+  const double area = triangle_area(points, v);
+  triangles_.volumes.set(triangle, thickness * area);
+  triangles_.coefficients.set(
+      triangle, triangle_coefficients({points[v[0]], points[v[1]], points[v[2]]}, thickness,
+                                      std::max(area, kLeastVolume * longest * longest)));
+}
+
+void ThermalMesh::touch(std::span<const Index> vertices) {
   for (const Index v : vertices) {
     if (v < vertex_count() && touched_at_[v] != change_) {
       touched_at_[v] = change_;
@@ -177,26 +214,28 @@ void ThermalMesh::touch(const Tet& vertices) {
 
 double ThermalMesh::volume_share(Index vertex) const noexcept {
   double sum = 0;
-  for_each_tet(vertex, [&](Index t) { sum += volumes_[t] / 4; });
+  for_each_element(vertex, [&](Index e) { sum += volume(e) / corner_count(e); });
   return sum;
 }
 
 double ThermalMesh::mass(Index vertex) const noexcept {
   double sum = 0;
-  for_each_tet(vertex,
-               [&](Index t) { sum += tissues_[tet_tissues_[t]].density * volumes_[t] / 4; });
+  for_each_element(vertex, [&](Index e) {
+    sum += tissues_[tissue_of_element(e)].density * volume(e) / corner_count(e);
+  });
   return sum;
 }
 
 bool ThermalMesh::has_tissue(Index vertex) const noexcept {
-  return vertex_tissues_[vertex] != kInvalidIndex && !tissue_->tets_at(vertex).empty();
+  return vertex_tissues_[vertex] != kInvalidIndex &&
+         (!tissue_->tets_at(vertex).empty() || !tissue_->triangles_at(vertex).empty());
 }
 
 double ThermalMesh::surface_share(Index vertex) const noexcept {
   // two corners of a face at the vertex, and the tetrahedra that have all three
   const auto sharing = [&](Index a, Index b) {
     int count = 0;
-    for_each_tet(vertex, [&](Index t) {
+    for_each_element(vertex, [&](Index t) {
       const Tet& tet = tets()[t];
       count += std::count(tet.begin(), tet.end(), a) + std::count(tet.begin(), tet.end(), b) == 2;
     });
@@ -205,6 +244,10 @@ double ThermalMesh::surface_share(Index vertex) const noexcept {
   const std::span<const Eigen::Vector3d> points = rest_positions();
   double area = 0;
   for_each_corner(vertex, [&](Index t, int k) {
+    if (is_triangle(t)) {
+      area += 2 * triangle_area(points, tissue_->triangles()[place(t)]) / 3;
+      return;
+    }
     for (int opposite = 0; opposite < 4; ++opposite) {
       if (opposite == k) {
         continue;
@@ -237,14 +280,24 @@ void ThermalMesh::renumber(const Tissue& tissue, const Renumbering& ids) noexcep
     using Value = std::decay_t<decltype(array[0])>;
     array = UndoArray(moved<Value>(map, count, [&](Index i) { return array[i]; }));
   };
+  const auto move_all = [&](Elements& elements, const std::vector<Index>& map, std::size_t count) {
+    move(elements.tissues, map, count);
+    move(elements.volumes, map, count);
+    move(elements.coefficients, map, count);
+  };
   const auto vertices = static_cast<std::size_t>(tissue.vertex_count());
   move(vertex_tissues_, ids.vertices, vertices);
-  move(tet_tissues_, ids.tets, tissue.tets().size());
-  move(volumes_, ids.tets, tissue.tets().size());
-  move(coefficients_, ids.tets, tissue.tets().size());
+  move_all(tets_, ids.tets, tissue.tets().size());
+  move_all(triangles_, ids.triangles, tissue.triangles().size());
   sliver_count_ = 0;
+  const auto count = [&](Index element) {
+    sliver_count_ += is_alive(element) && is_sliver(element) ? 1 : 0;
+  };
   for (Index t = 0; t < tet_count(); ++t) {
-    sliver_count_ += is_alive(t) && is_sliver(t) ? 1 : 0;
+    count(t);
+  }
+  for (Index t = 0; t < triangle_count(); ++t) {
+    count(element_of_triangle(t));
   }
   touched_at_.assign(vertices, 0);
   begin_change();
@@ -257,70 +310,74 @@ void ThermalMesh::follow(const Tissue&, const TissueChange& change) noexcept {
   version_before_ = version_;
   slivers_before_ = sliver_count_;
   vertex_tissues_.begin_edit();
-  tet_tissues_.begin_edit();
-  volumes_.begin_edit();
-  coefficients_.begin_edit();
+  tets_.begin_edit();
+  triangles_.begin_edit();
   resize();  // new bodies do not conduct
   const TopologyEdit& edit = change.edit;
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
     vertex_tissues_.set(change.first_new_vertex + static_cast<Index>(i),
                         vertex_tissues_[edit.new_vertices[i].first]);
   }
-  for (const Index t : change.removed_tets) {
-    if (tet_tissues_[t] != kInvalidIndex) {
-      touch(tets()[t]);
-    }
-  }
-  bool grows = false;
-  for (std::size_t i = 0; i < edit.corner_moves.size(); ++i) {
-    const CornerMove& move = edit.corner_moves[i];
-    if (tet_tissues_[move.tet] != kInvalidIndex) {
-      grows = true;
-      touch(change.reshaped_tets[i].vertices);
-      touch(moved(change.reshaped_tets[i].vertices, move));
-    }
-  }
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
-    const Index t = change.first_new_tet + static_cast<Index>(i);
-    tet_tissues_.set(t, tet_tissues_[edit.new_tets[i].parent]);
-    if (tet_tissues_[t] != kInvalidIndex) {
-      grows = true;
-      measure(t);
-      touch(tets()[t]);
+    const Index parent = edit.new_tets[i].parent;
+    if (tets_.tissues[parent] != kInvalidIndex) {
+      add_element(change.first_new_tet + static_cast<Index>(i), tets_.tissues[parent]);
     }
   }
+  const bool grows = touch_changed(change);
   if (!touched_.empty()) {
     version_ = ++newest_version_;
   }
   growth_ += grows ? 1 : 0;
 }
 
-void ThermalMesh::undo(const Tissue&, const TissueChange& change) noexcept {
-  begin_change();
+// Vertices of all that went, came or moved, as they were and as they are.
+// @return  whether any came or moved
+bool ThermalMesh::touch_changed(const TissueChange& change) {
   const TopologyEdit& edit = change.edit;
-  version_ = version_before_;
-  for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
-    if (tet_tissues_[change.first_new_tet + static_cast<Index>(i)] != kInvalidIndex) {
-      touch(edit.new_tets[i].vertices);
-    }
-  }
-  for (std::size_t i = edit.corner_moves.size(); i-- > 0;) {
-    const CornerMove& move = edit.corner_moves[i];
-    if (tet_tissues_[move.tet] != kInvalidIndex) {
-      touch(moved(change.reshaped_tets[i].vertices, move));
-      touch(change.reshaped_tets[i].vertices);
-    }
-  }
+  bool grows = false;
   for (const Index t : change.removed_tets) {
-    if (tet_tissues_[t] != kInvalidIndex) {
+    if (tets_.tissues[t] != kInvalidIndex) {
       touch(tets()[t]);
     }
   }
+  for (const Index t : change.removed_triangles) {
+    if (triangles_.tissues[t] != kInvalidIndex) {
+      touch(tissue_->triangles()[t]);
+    }
+  }
+  for (std::size_t i = 0; i < edit.corner_moves.size(); ++i) {
+    const CornerMove& move = edit.corner_moves[i];
+    if (tets_.tissues[move.tet] != kInvalidIndex) {
+      grows = true;
+      touch(change.reshaped_tets[i].vertices);
+      touch(std::array{move.from, move.to});
+    }
+  }
+  for (const TriangleMove& move : edit.triangle_moves) {
+    if (triangles_.tissues[move.triangle] != kInvalidIndex) {
+      grows = true;
+      touch(tissue_->triangles()[move.triangle]);
+      touch(std::array{move.from, move.to});
+    }
+  }
+  for (const NewTet& tet : edit.new_tets) {
+    if (tets_.tissues[tet.parent] != kInvalidIndex) {
+      grows = true;
+      touch(tet.vertices);
+    }
+  }
+  return grows;
+}
+
+void ThermalMesh::undo(const Tissue&, const TissueChange& change) noexcept {
+  begin_change();
+  version_ = version_before_;
+  touch_changed(change);
   growth_ += touched_.empty() ? 0 : 1;
   vertex_tissues_.undo();
-  tet_tissues_.undo();
-  volumes_.undo();
-  coefficients_.undo();
+  tets_.undo();
+  triangles_.undo();
   touched_at_.resize(static_cast<std::size_t>(vertex_count()));
   sliver_count_ = slivers_before_;
 }

@@ -69,20 +69,29 @@ class PositionsRelease {
 };
 
 bool is_empty(const TopologyEdit& edit) {
-  return edit.remove_tets.empty() && edit.remove_links.empty() && edit.rest_lengths.empty() &&
-         edit.rest_volumes.empty() && edit.stiffnesses.empty();
+  return edit.remove_tets.empty() && edit.remove_triangles.empty() && edit.remove_links.empty() &&
+         edit.rest_lengths.empty() && edit.rest_volumes.empty() && edit.stiffnesses.empty();
 }
 
 // Live ones, ascending.
-std::vector<Index> tets_at(const ThermalMesh& mesh, std::span<const Index> vertices) {
-  std::vector<Index> tets;
+std::vector<Index> elements_at(const ThermalMesh& mesh, std::span<const Index> vertices) {
+  std::vector<Index> elements;
   for (const Index v : vertices) {
     check_id("vertex", v, static_cast<std::size_t>(mesh.vertex_count()));
-    mesh.for_each_tet(v, [&](Index t) { tets.push_back(t); });
+    mesh.for_each_element(v, [&](Index e) { elements.push_back(e); });
   }
-  std::ranges::sort(tets);
-  tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
-  return tets;
+  std::ranges::sort(elements);
+  elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
+  return elements;
+}
+
+void check_element(const ThermalMesh& mesh, Index element) {
+  if (is_triangle(element)) {
+    check_id("triangle", triangle_of_element(element),
+             static_cast<std::size_t>(mesh.triangle_count()));
+  } else {
+    check_id("tet", element, mesh.tets().size());
+  }
 }
 
 }  // namespace
@@ -107,6 +116,12 @@ struct Cautery::Work final : Follower {
 
   void touch(const Solver& solver, const Electrode& electrode, double dt, CauteryReport& report);
   void heat(const Solver& solver, const Generator& generator, double dt, CauteryReport& report);
+  HeatState state(Index element) const {
+    if (field.mesh().tissue_of_element(element) == kInvalidIndex) {
+      return HeatState::normal;
+    }
+    return field.mesh().is_alive(element) ? heat_state(field, element) : HeatState::vaporised;
+  }
   bool is_enough(double dose) const { return !(dose < options.link_energy); }
   bool is_full(Index link) const { return is_enough(link_doses[link]); }
   double conductance_of(const TouchedLink& link) const;
@@ -163,7 +178,7 @@ double Cautery::removal_energy() const {
 
 CauterySnapshot Cautery::snapshot() const {
   const Work& work = *work_;
-  const std::span<const DueTet> due = work.changes.pending();
+  const std::span<const DueElement> due = work.changes.pending();
   return {work.field.snapshot(),     work.link_doses,  {due.begin(), due.end()},
           work.changes.spent(),      work.link_energy, work.electrode_energy,
           work.electrode_temperature};
@@ -179,14 +194,14 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
   for (std::size_t l = 0; l < snapshot.link_doses.size(); ++l) {
     check_not_negative(("the dose of link " + std::to_string(l)).c_str(), snapshot.link_doses[l]);
   }
-  Index before = kInvalidIndex;
-  for (const DueTet& due : snapshot.due) {
-    check_id("tet", due.tet, work.field.mesh().tets().size());
-    if (due.tet <= before) {
-      throw InvalidArgument("tetrahedron " + std::to_string(due.tet) + " follows " +
-                            std::to_string(before) + " in the snapshot; they must ascend");
+  std::optional<Index> before;
+  for (const DueElement& due : snapshot.due) {
+    check_element(work.field.mesh(), due.element);
+    if (before && due.element <= *before) {
+      throw InvalidArgument("element " + std::to_string(due.element) + " follows " +
+                            std::to_string(*before) + " in the snapshot; they must ascend");
     }
-    before = due.tet;
+    before = due.element;
   }
   check_not_negative("removal_energy", snapshot.removal_energy);
   check_not_negative("link_energy", snapshot.link_energy);
@@ -200,12 +215,12 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
       full_links.push_back(static_cast<Index>(l));
     }
   }
-  std::vector<DueTet> due = snapshot.due;
-  std::vector<Index> warm_tets = tets_at(work.field.mesh(), snapshot.heat.active);
+  std::vector<DueElement> due = snapshot.due;
+  std::vector<Index> warm = elements_at(work.field.mesh(), snapshot.heat.active);
   work.field.restore(snapshot.heat);
   // nothing is left to fail
   work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
-  work.current.restore(work.field, std::move(warm_tets));
+  work.current.restore(work.field, std::move(warm));
   work.contact.forget();
   work.unseen = 0;
   work.link_doses = std::move(doses);
@@ -216,12 +231,13 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
 }
 
 HeatState Cautery::state(Index tet) const {
-  const ThermalMesh& mesh = work_->field.mesh();
-  check_id("tet", tet, mesh.tets().size());
-  if (mesh.tissue_of_tet(tet) == kInvalidIndex) {
-    return HeatState::normal;
-  }
-  return mesh.is_alive(tet) ? heat_state(work_->field, tet) : HeatState::vaporised;
+  check_id("tet", tet, work_->field.mesh().tets().size());
+  return work_->state(tet);
+}
+
+HeatState Cautery::state_of_triangle(Index triangle) const {
+  check_id("triangle", triangle, static_cast<std::size_t>(work_->field.mesh().triangle_count()));
+  return work_->state(element_of_triangle(triangle));
 }
 
 CauteryReport Cautery::update(Solver& solver, const Electrode& electrode,

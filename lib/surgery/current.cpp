@@ -8,8 +8,10 @@
 
 #include "pbdsurg/heat/tissue_state.h"
 
-#include "lib/surgery/tet_means.h"
+#include "lib/surgery/element_ids.h"
+#include "lib/surgery/element_means.h"
 #include "lib/tissue/renumber.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -29,9 +31,13 @@ double mean_edge(const ThermalMesh& mesh, const Triangle& triangle) {
          3;
 }
 
-// m, of a regular tetrahedron of the same volume
-double edge_of(const ThermalMesh& mesh, Index tet) {
-  return std::cbrt(6 * std::numbers::sqrt2 * mesh.volume(tet));
+// m, of a regular tetrahedron of the same volume, or an equilateral triangle of the same area
+double edge_of(const ThermalMesh& mesh, Index element) {
+  if (!is_triangle(element)) {
+    return std::cbrt(6 * std::numbers::sqrt2 * mesh.volume(element));
+  }
+  const Triangle& triangle = mesh.tissue().triangles()[triangle_of_element(element)];
+  return std::sqrt(4 / std::numbers::sqrt3 * triangle_area(mesh.rest_positions(), triangle));
 }
 
 }  // namespace
@@ -42,80 +48,97 @@ Current::Current(const HeatField& field, const CauteryOptions& options, ScenePos
 }
 
 void Current::follow(const HeatField& field) noexcept {
-  const auto count = static_cast<std::size_t>(field.mesh().tet_count());
-  for (std::size_t t = conductivities_.size(); t < count; ++t) {
-    conductivities_.push_back(0);
-    find_conductivity(field, static_cast<Index>(t));
-  }
+  const ThermalMesh& mesh = field.mesh();
+  const auto first_tet = static_cast<Index>(conductivities_.tets.size());
+  const auto first_triangle = static_cast<Index>(conductivities_.triangles.size());
+  conductivities_.resize(mesh.tet_count(), mesh.triangle_count());
+  find_conductivities(field, first_tet, first_triangle);
   has_updated_ = false;
-  seen_tets_.resize(count);
+  seen_elements_.resize(mesh.tet_count(), mesh.triangle_count());
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
 }
 
-void Current::restore(const HeatField& field, std::vector<Index> warm_tets) noexcept {
-  potential_.forget();
-  for (Index t = 0; t < static_cast<Index>(conductivities_.size()); ++t) {
+// Of all from some on.
+void Current::find_conductivities(const HeatField& field, Index first_tet, Index first_triangle) {
+  for (Index t = first_tet; t < field.mesh().tet_count(); ++t) {
     find_conductivity(field, t);
   }
-  warm_tets_ = std::move(warm_tets);
-  bridged_tets_.clear();
+  for (Index t = first_triangle; t < field.mesh().triangle_count(); ++t) {
+    find_conductivity(field, element_of_triangle(t));
+  }
+}
+
+void Current::restore(const HeatField& field, std::vector<Index> warm) noexcept {
+  potential_.forget();
+  find_conductivities(field, 0, 0);
+  warm_ = std::move(warm);
+  bridged_.clear();
   cooled_.clear();
   shares_.clear();
 }
 
 void Current::renumber(const HeatField& field, const Renumbering& ids) {
-  const auto count = static_cast<std::size_t>(field.mesh().tet_count());
-  renumber_values(conductivities_, ids.tets, count);
-  renumber_list(warm_tets_, ids.tets);
-  renumber_list(bridged_tets_, ids.tets);
-  seen_tets_.assign(count, 0);
+  const ThermalMesh& mesh = field.mesh();
+  renumber_elements(conductivities_, ids, mesh);
+  renumber_elements(warm_, ids);
+  renumber_elements(bridged_, ids);
+  seen_elements_.assign(mesh.tet_count(), mesh.triangle_count(), 0);
   seen_vertices_.assign(static_cast<std::size_t>(field.mesh().vertex_count()), 0);
   cooled_.clear();
   shares_.clear();
 }
 
 void Current::undo(const HeatField& field) noexcept {
-  conductivities_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
-  seen_tets_.resize(conductivities_.size());
-  seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
-  for (std::vector<Index>* tets : {&warm_tets_, &bridged_tets_}) {
-    std::erase_if(*tets, [&](Index t) { return t >= field.mesh().tet_count(); });
+  const ThermalMesh& mesh = field.mesh();
+  conductivities_.resize(mesh.tet_count(), mesh.triangle_count());
+  seen_elements_.resize(mesh.tet_count(), mesh.triangle_count());
+  seen_vertices_.resize(static_cast<std::size_t>(mesh.vertex_count()));
+  for (std::vector<Index>* elements : {&warm_, &bridged_}) {  // triangles come with bodies alone
+    std::erase_if(*elements, [&](Index e) { return e >= mesh.tet_count(); });
   }
-  for (const Index v : field.mesh().touched()) {
+  for (const Index v : mesh.touched()) {
     if (has_updated_) {  // what is back was left out while it was gone
-      field.mesh().for_each_tet(v, [&](Index t) { find_conductivity(field, t); });
+      mesh.for_each_element(v, [&](Index e) { find_conductivity(field, e); });
     }
   }
 }
 
-void Current::find_conductivity(const HeatField& field, Index tet) {
+void Current::find_conductivity(const HeatField& field, Index element) {
   const ThermalMesh& mesh = field.mesh();
-  if (mesh.tissue_of_tet(tet) == kInvalidIndex) {
+  if (mesh.tissue_of_element(element) == kInvalidIndex) {
     return;
   }
-  const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
+  const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_element(element)];
   if (!field.model().has_variable_conductivity) {
-    conductivities_[tet] = tissue.electrical_conductivity;
+    conductivities_[element] = tissue.electrical_conductivity;
     return;
   }
-  conductivities_[tet] =
-      electrical_conductivity(tissue, mean_temperature(field, tet), mean_water(field, tet));
+  conductivities_[element] =
+      electrical_conductivity(tissue, mean_temperature(field, element), mean_water(field, element));
 }
 
-// Sparks pass what is dry of a tetrahedron, as far as they reach.
+// Whether that is for the first time in this round.
+bool Current::meet(Index element) {
+  std::uint32_t& seen = seen_elements_[element];
+  const bool is_first = seen != round_;
+  seen = round_;
+  return is_first;
+}
+
+// Sparks pass what is dry of an element, as far as they reach.
 void Current::bridge(const HeatField& field) {
   const ThermalMesh& mesh = field.mesh();
-  for (const Index t : bridged_tets_) {
-    if (mesh.is_alive(t)) {
-      const double passed = std::min(1.0, kSparkReach / edge_of(mesh, t));
-      conductivities_[t] =
-          electrical_conductivity(mesh.tissues()[mesh.tissue_of_tet(t)], mean_temperature(field, t),
-                                  std::lerp(mean_water(field, t), 1.0, passed));
+  for (const Index e : bridged_) {
+    if (mesh.is_alive(e)) {
+      const double passed = std::min(1.0, kSparkReach / edge_of(mesh, e));
+      conductivities_[e] = electrical_conductivity(mesh.tissues()[mesh.tissue_of_element(e)],
+                                                   mean_temperature(field, e),
+                                                   std::lerp(mean_water(field, e), 1.0, passed));
     }
   }
 }
 
-// Of tetrahedra that are warm, or not as wet as they were, and of those that were so until they
+// Of elements that are warm, or not as wet as they were, and of those that were so until they
 // have cooled: from then on they do not change.
 void Current::update_conductivities(const HeatField& field) {
   if (!field.model().has_variable_conductivity) {
@@ -123,25 +146,24 @@ void Current::update_conductivities(const HeatField& field) {
   }
   ++round_;
   has_updated_ = true;
-  std::swap(warm_before_, warm_tets_);
-  warm_tets_.clear();
+  std::swap(warm_before_, warm_);
+  warm_.clear();
   for (const Index v : field.active_vertices()) {
     if (field.temperatures()[v] < kBodyTemperature + kWarm && field.water()[v] == 1) {
       continue;
     }
-    field.mesh().for_each_tet(v, [&](Index t) {
-      if (seen_tets_[t] != round_) {
-        seen_tets_[t] = round_;
-        warm_tets_.push_back(t);
-        find_conductivity(field, t);
+    field.mesh().for_each_element(v, [&](Index e) {
+      if (meet(e)) {
+        warm_.push_back(e);
+        find_conductivity(field, e);
       }
     });
   }
-  for (const Index t : warm_before_) {
-    if (seen_tets_[t] != round_ && field.mesh().is_alive(t)) {
-      find_conductivity(field, t);
-      if (mean_temperature(field, t) > kBodyTemperature + kCooled) {
-        warm_tets_.push_back(t);
+  for (const Index e : warm_before_) {
+    if (seen_elements_[e] != round_ && field.mesh().is_alive(e)) {
+      find_conductivity(field, e);
+      if (mean_temperature(field, e) > kBodyTemperature + kCooled) {
+        warm_.push_back(e);
       }
     }
   }
@@ -150,15 +172,17 @@ void Current::update_conductivities(const HeatField& field) {
 
 void Current::touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact) {
   is_new_ = true;
-  for (const Index t : bridged_tets_) {
-    find_conductivity(field, t);
+  for (const Index e : bridged_) {
+    find_conductivity(field, e);
   }
-  bridged_tets_.clear();
+  bridged_.clear();
   is_sparking_ = false;
   const NearestPoint& nearest = contact.nearest();
   const bool touches = nearest.gap <= radius_;
   disk_radius_ = std::sqrt(contact.area() / std::numbers::pi);
-  is_disk_ = touches && mean_edge(field.mesh(), nearest.triangle) > 2 * disk_radius_;
+  // a disk's closed form is that of a half-space, which a sheet is not
+  is_disk_ = touches && field.mesh().tissue().triangles_at(nearest.triangle[0]).empty() &&
+             mean_edge(field.mesh(), nearest.triangle) > 2 * disk_radius_;
   shares_.clear();
   cooled_.clear();
   if (is_disk_) {
@@ -194,8 +218,8 @@ bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
   // through dry tissue, which may be thinner than the mesh resolves, to the wet tissue behind it
   behind_.clear();
   for (const PatchVertex& dry : patch_) {
-    field.mesh().for_each_tet(dry.vertex, [&](Index t) {
-      for (const Index v : field.mesh().tets()[t]) {
+    field.mesh().for_each_element(dry.vertex, [&](Index e) {
+      for (const Index v : field.mesh().corners(e)) {
         if (is_wet(v)) {
           behind_.push_back({v, dry.weight});
         }
@@ -212,23 +236,22 @@ bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
   if (patch_.empty()) {
     return false;
   }
-  find_bridged_tets(field);
+  find_bridged(field);
   potential_.set_patch(patch_, contact.area());
   is_new_ = true;
   return true;
 }
 
 // Those at the patch.
-void Current::find_bridged_tets(const HeatField& field) {
+void Current::find_bridged(const HeatField& field) {
   if (!field.model().has_variable_conductivity) {
     return;
   }
   ++round_;
   for (const PatchVertex& touched : patch_) {
-    field.mesh().for_each_tet(touched.vertex, [&](Index t) {
-      if (seen_tets_[t] != round_) {
-        seen_tets_[t] = round_;
-        bridged_tets_.push_back(t);
+    field.mesh().for_each_element(touched.vertex, [&](Index e) {
+      if (meet(e)) {
+        bridged_.push_back(e);
       }
     });
   }
@@ -246,13 +269,12 @@ void Current::find_near_tets(const HeatField& field, const Triangle& triangle) {
   std::size_t next = 0;
   for (int ring = 0; ring < kDiskRings; ++ring) {
     for (const std::size_t end = near_vertices_.size(); next < end; ++next) {
-      field.mesh().for_each_tet(near_vertices_[next], [&](Index t) {
-        if (seen_tets_[t] == round_) {
+      field.mesh().for_each_element(near_vertices_[next], [&](Index t) {
+        if (!meet(t)) {
           return;
         }
-        seen_tets_[t] = round_;
         near_tets_.push_back(t);
-        for (const Index v : field.mesh().tets()[t]) {
+        for (const Index v : field.mesh().corners(t)) {
           if (seen_vertices_[v] != round_) {
             seen_vertices_[v] = round_;
             near_vertices_.push_back(v);

@@ -36,7 +36,7 @@ struct TissueLoad {
 };
 
 /// Keeps the electrical conductivity of tissue up to date, and finds where current goes: by a
-/// potential, or, where edges are longer than twice the radius of a disk as large as the
+/// potential, or, where edges of a solid are longer than twice the radius of a disk as large as the
 /// contact, by the closed form of that disk.
 class Current {
  public:
@@ -69,9 +69,9 @@ class Current {
   [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
 
   /// Takes the conductivity of all tissue anew, after the field went back to a snapshot, and keeps
-  /// nothing of the last potential. Cost: O(tetrahedra).
-  /// @param warm_tets  live ones at the field's active vertices, ascending
-  void restore(const HeatField& field, std::vector<Index> warm_tets) noexcept;
+  /// nothing of the last potential. Cost: O(elements).
+  /// @param warm  live elements at the field's active vertices, ascending
+  void restore(const HeatField& field, std::vector<Index> warm) noexcept;
 
   /// Goes along with a compaction, after the field has. What was touched has to be told again.
   void renumber(const HeatField& field, const Renumbering& ids);
@@ -80,9 +80,11 @@ class Current {
   void undo(const HeatField& field) noexcept;
 
  private:
-  void find_conductivity(const HeatField& field, Index tet);
+  void find_conductivities(const HeatField& field, Index first_tet, Index first_triangle);
+  void find_conductivity(const HeatField& field, Index element);
   void bridge(const HeatField& field);
-  void find_bridged_tets(const HeatField& field);
+  void find_bridged(const HeatField& field);
+  [[nodiscard]] bool meet(Index element);
   void find_near_tets(const HeatField& field, const Triangle& triangle);
   TissueLoad find_disk_load(const HeatField& field);
   TissueLoad find_potential_load(const Solver& solver);
@@ -92,10 +94,10 @@ class Current {
   PotentialField potential_;
   DiskSource disk_;
   ScenePositions& positions_;
-  std::vector<double> conductivities_;  // [tet_count] S/m
-  std::vector<Index> warm_tets_;        // that update_conductivities() looks at in any case
-  std::vector<Index> bridged_tets_;     // that sparks pass, until the next touch()
-  bool has_updated_ = false;            // since the last edit
+  ElementValues<double> conductivities_;  // S/m
+  std::vector<Index> warm_;     // elements that update_conductivities() looks at in any case
+  std::vector<Index> bridged_;  // elements that sparks pass, until the next touch()
+  bool has_updated_ = false;    // since the last edit
   bool is_disk_ = false;
   bool is_sparking_ = false;  // of a disk, until the next touch()
   bool is_new_ = false;       // touched since the last find_load()
@@ -106,7 +108,8 @@ class Current {
   std::vector<HeatSource> heat_;
 
   // scratch
-  std::vector<std::uint32_t> seen_tets_, seen_vertices_;  // round in which each was met
+  ElementValues<std::uint32_t> seen_elements_;  // round in which each was met
+  std::vector<std::uint32_t> seen_vertices_;    // likewise
   std::uint32_t round_ = 0;
   std::vector<Index> near_tets_, near_vertices_, warm_before_;
 };

@@ -264,12 +264,16 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
   std::sort(close_.begin(), close_.end());  // whatever the candidates went through
 
   NearestPoint nearest;
+  const bool is_sheet = body.surface->is_two_sided();
   const int samples = sample_count(electrode, radius_);
   int touching = 0;
   for (int i = 0; i < samples; ++i) {
     const Eigen::Vector3d sample = point_at(electrode, sample_share(i, samples));
     NearestPoint here;
     for (const Index slot : close_) {
+      if (is_sheet && body.surface->origins()[slot].face != 0) {
+        continue;  // the other side of another slot's
+      }
       const Triangle& triangle = body.surface->triangles()[slot];
       const auto [a, b, c] = corners(triangle);
       const Eigen::Vector3d point = closest_on_triangle(a, b, c, sample).point;
@@ -278,7 +282,10 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
         here = {distance, distance, point, Eigen::Vector3d::Zero(), triangle};
       }
       if (distance <= (1 + kTie) * here.distance) {  // on an edge, all that meet there count
-        here.outward += (b - a).cross(c - a).normalized();
+        const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+        // a sheet is touched on the side where the electrode is
+        here.outward +=
+            is_sheet && normal.dot(sample - point) < 0 ? Eigen::Vector3d(-normal) : normal;
       }
     }
     const bool is_inside = here.distance <= far && (sample - here.point).dot(here.outward) < 0;

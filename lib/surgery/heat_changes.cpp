@@ -9,7 +9,8 @@
 #include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "lib/surgery/tet_means.h"
+#include "lib/surgery/element_ids.h"
+#include "lib/surgery/element_means.h"
 #include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
@@ -30,21 +31,23 @@ bool has_boiled(const HeatField& field, Index vertex) {
   return field.peak_temperatures()[vertex] >= kBoilingTemperature;
 }
 
-// J to warm a tetrahedron from body temperature and boil it dry.
-double drying_energy(const HeatField& field, Index tet) {
+// J to warm an element from body temperature and boil it dry.
+double drying_energy(const HeatField& field, Index element) {
   const ThermalMesh& mesh = field.mesh();
-  const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
+  const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_element(element)];
   const double latent =
       field.model().has_latent_heat ? tissue.water_fraction * kLatentHeatOfWater : 0;
-  return tissue.density * mesh.volume(tet) *
+  return tissue.density * mesh.volume(element) *
          (tissue.specific_heat * (kBoilingTemperature - kBodyTemperature) + latent);
 }
 
 }  // namespace
 
-HeatState heat_state(const HeatField& field, Index tet) {
-  return heat_state(field.model().removal, field.boiled_vertices(tet), mean_water(field, tet),
-                    field.model().dry_water);
+HeatState heat_state(const HeatField& field, Index element) {
+  const auto boiled = std::ranges::count_if(field.mesh().corners(element),
+                                            [&](Index v) { return has_boiled(field, v); });
+  return heat_state(field.model().removal, static_cast<int>(boiled), mean_water(field, element),
+                    field.model().dry_water, corner_count(element));
 }
 
 HeatChanges::HeatChanges(const HeatField& field, const CauteryOptions& options)
@@ -80,44 +83,44 @@ bool HeatChanges::is_marked(const HeatField& field, Index vertex) const {
 void HeatChanges::find_marked(const HeatField& field) {
   ++round_;
   marked_.clear();
-  const auto add = [&](Index t) {
-    if (seen_[t] != round_ && field.mesh().is_alive(t)) {
-      seen_[t] = round_;
-      marked_.push_back(t);
+  const auto add = [&](Index e) {
+    if (seen_[e] != round_ && field.mesh().is_alive(e)) {
+      seen_[e] = round_;
+      marked_.push_back(e);
     }
   };
   for (const Index v : field.active_vertices()) {
     if (is_marked(field, v)) {
-      field.mesh().for_each_tet(v, add);
+      field.mesh().for_each_element(v, add);
     }
   }
-  for (const DueTet& pending : pending_) {
-    add(pending.tet);
+  for (const DueElement& pending : pending_) {
+    add(pending.element);
   }
   std::sort(marked_.begin(), marked_.end());
 }
 
-// Whether steam tears a tetrahedron, now or when it was last due.
-bool HeatChanges::is_tearing(const HeatField& field, Index tet, double water, double dt) const {
-  double boiled_off = 0;  // of the tetrahedron's water
-  for (const Index v : field.mesh().tets()[tet]) {
-    boiled_off += (seen_water_[v] - field.water()[v]) / 4;
+// Whether steam tears an element, now or when it was last due.
+bool HeatChanges::is_tearing(const HeatField& field, Index element, double water, double dt) const {
+  double boiled_off = 0;  // of the element's water
+  for (const Index v : field.mesh().corners(element)) {
+    boiled_off += (seen_water_[v] - field.water()[v]) / corner_count(element);
   }
   if (boiled_off > 0 && boiled_off >= tearing_rate_ * dt && water <= 1 - tearing_loss_) {
     return true;
   }
-  const DueTet* pending = find_pending(tet);
+  const DueElement* pending = find_pending(element);
   return pending != nullptr && pending->is_torn;
 }
 
 void HeatChanges::find_due(const HeatField& field, double dt) {
   due_.clear();
-  for (const Index t : marked_) {
-    const double water = mean_water(field, t);
-    if (heat_state(field, t) == HeatState::vaporised) {
-      due_.push_back({t, water, false});
-    } else if (is_tearing(field, t, water, dt)) {
-      due_.push_back({t, water, true});
+  for (const Index e : marked_) {
+    const double water = mean_water(field, e);
+    if (heat_state(field, e) == HeatState::vaporised) {
+      due_.push_back({e, water, false});
+    } else if (is_tearing(field, e, water, dt)) {
+      due_.push_back({e, water, true});
     }
   }
 }
@@ -125,27 +128,32 @@ void HeatChanges::find_due(const HeatField& field, double dt) {
 // What is dry goes first, the driest of all before the others.
 void HeatChanges::take_due(const HeatField& field, double energy, TopologyEdit& edit) {
   std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
-    return std::tie(a.is_torn, a.water, a.tet) < std::tie(b.is_torn, b.water, b.tet);
+    return std::tie(a.is_torn, a.water, a.element) < std::tie(b.is_torn, b.water, b.element);
   });
   due_energy_ = due_volume_ = 0;
   torn_ = 0;
   std::size_t taken = 0;
   for (; taken < due_.size(); ++taken) {
-    const auto [tet, water, is_torn] = due_[taken];
-    const double needed = drying_energy(field, tet);
+    const auto [element, water, is_torn] = due_[taken];
+    const double needed = drying_energy(field, element);
     // what boiled off in tissue that is left will be needed once that is dry
     const double reserved = is_torn ? field.ledger().latent : 0;
     if (spent_ + due_energy_ + needed > energy - reserved) {
       break;
     }
     due_energy_ += needed;
-    due_volume_ += field.mesh().volume(tet);
+    due_volume_ += field.mesh().volume(element);
     torn_ += is_torn ? 1 : 0;
-    edit.remove_tets.push_back(tet);
-    seen_[tet] = 0;  // it shrinks no more
+    if (is_triangle(element)) {
+      edit.remove_triangles.push_back(triangle_of_element(element));
+    } else {
+      edit.remove_tets.push_back(element);
+    }
+    seen_[element] = 0;  // it shrinks no more
   }
   remember(field, taken);
-  std::sort(edit.remove_tets.begin(), edit.remove_tets.end());
+  std::ranges::sort(edit.remove_tets);
+  std::ranges::sort(edit.remove_triangles);
 }
 
 // What to look at next time, of which the first were taken. Those that have gone stay until others
@@ -153,20 +161,20 @@ void HeatChanges::take_due(const HeatField& field, double energy, TopologyEdit& 
 void HeatChanges::remember(const HeatField& field, std::size_t taken) {
   const auto dropped = std::remove_if(
       due_.begin() + static_cast<std::ptrdiff_t>(taken), due_.end(),
-      [&](const Due& due) { return due.is_torn && find_pending(due.tet) == nullptr; });
+      [&](const Due& due) { return due.is_torn && find_pending(due.element) == nullptr; });
   due_.erase(dropped, due_.end());  // what boils on tears later
   deferred_count_ = static_cast<Index>(due_.size() - taken);
   std::erase_if(pending_,
-                [&](const DueTet& p) { return taken > 0 || field.mesh().is_alive(p.tet); });
+                [&](const DueElement& p) { return taken > 0 || field.mesh().is_alive(p.element); });
   for (const Due& due : due_) {
-    pending_.push_back({due.tet, due.is_torn});
+    pending_.push_back({due.element, due.is_torn});
   }
-  std::ranges::sort(pending_, {}, &DueTet::tet);
+  std::ranges::sort(pending_, {}, &DueElement::element);
 }
 
-const DueTet* HeatChanges::find_pending(Index tet) const {
-  const auto found = std::ranges::lower_bound(pending_, tet, {}, &DueTet::tet);
-  return found != pending_.end() && found->tet == tet ? &*found : nullptr;
+const DueElement* HeatChanges::find_pending(Index element) const {
+  const auto found = std::ranges::lower_bound(pending_, element, {}, &DueElement::element);
+  return found != pending_.end() && found->element == element ? &*found : nullptr;
 }
 
 // How long what was 1 m between two vertices of a tissue is now.
@@ -201,7 +209,7 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
   edges_.clear();
   due_changes_.clear();
   for (const Index t : marked_) {
-    if (seen_[t] != round_) {
+    if (seen_[t] != round_ || is_triangle(t)) {
       continue;
     }
     const Material& material = solver.tissue().body(solver.tissue().body_of_tet(t)).material;
@@ -254,12 +262,12 @@ void HeatChanges::stiffen(const Solver& solver, const HeatField& field, Topology
   const Tissue& tissue = solver.tissue();
   due_changes_.clear();
   for (const Index t : marked_) {
-    if (seen_[t] != round_ ||
+    if (seen_[t] != round_ || is_triangle(t) ||
         tissue.body(tissue.body_of_tet(t)).material.model != ElasticModel::neo_hookean) {
       continue;
     }
     const auto factor = static_cast<float>(
-        stiffened(mesh.tissues()[mesh.tissue_of_tet(t)], mean_survival(field, t)));
+        stiffened(mesh.tissues()[mesh.tissue_of_element(t)], mean_survival(field, t)));
     const float now = tissue.stiffness(t);
     if (factor >= (1 + kLeastStiffening) * now) {
       due_changes_.push_back({t, factor, now / factor});
@@ -277,21 +285,21 @@ void HeatChanges::follow(const HeatField& field) noexcept {
   for (std::size_t v = seen_water_.size(); v < vertices; ++v) {
     seen_water_.push_back(field.water()[v]);
   }
-  seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
+  seen_.resize(field.mesh().tet_count(), field.mesh().triangle_count());
 }
 
 void HeatChanges::renumber(const HeatField& field, const Renumbering& ids) {
   renumber_values(seen_water_, ids.vertices, static_cast<std::size_t>(field.mesh().vertex_count()));
-  seen_.assign(static_cast<std::size_t>(field.mesh().tet_count()), 0);
-  for (DueTet& pending : pending_) {
-    pending.tet = ids.tets[pending.tet];
+  seen_.assign(field.mesh().tet_count(), field.mesh().triangle_count(), 0);
+  for (DueElement& pending : pending_) {
+    pending.element = new_element(pending.element, ids);
   }
-  std::erase_if(pending_, [](const DueTet& p) { return p.tet == kInvalidIndex; });
-  std::ranges::sort(pending_, {}, &DueTet::tet);
+  std::erase_if(pending_, [](const DueElement& p) { return p.element == kInvalidIndex; });
+  std::ranges::sort(pending_, {}, &DueElement::element);
 }
 
 void HeatChanges::restore(const HeatField& field, double spent,
-                          std::vector<DueTet> pending) noexcept {
+                          std::vector<DueElement> pending) noexcept {
   spent_ = spent;
   // an undo of the last edit still gives energy back
   spent_before_ = std::min(spent_before_, spent);
@@ -302,8 +310,9 @@ void HeatChanges::restore(const HeatField& field, double spent,
 void HeatChanges::undo(const HeatField& field) noexcept {
   spent_ = spent_before_;
   seen_water_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
-  seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
-  std::erase_if(pending_, [&](const DueTet& p) { return p.tet >= field.mesh().tet_count(); });
+  seen_.resize(field.mesh().tet_count(), field.mesh().triangle_count());
+  std::erase_if(pending_,
+                [&](const DueElement& p) { return p.element >= field.mesh().tet_count(); });
 }
 
 }  // namespace pbdsurg

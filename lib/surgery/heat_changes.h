@@ -18,11 +18,11 @@
 
 namespace pbdsurg {
 
-/// State of a live tetrahedron of a conducting body by algorithm 2 and the rule of the field.
-[[nodiscard]] HeatState heat_state(const HeatField& field, Index tet);
+/// State of a live element of a conducting body by algorithm 2 and the rule of the field.
+[[nodiscard]] HeatState heat_state(const HeatField& field, Index element);
 
-/// Finds the tetrahedra that heat takes away, and those that shrink or stiffen, among what is
-/// heated.
+/// Finds the elements that heat takes away, and the tetrahedra that shrink or stiffen, among what
+/// is heated.
 class HeatChanges {
  public:
   HeatChanges(const HeatField& field, const CauteryOptions& options);
@@ -30,16 +30,16 @@ class HeatChanges {
   /// Adds to an edit what is due after a time of heating, and what the last edit should have taken
   /// that lives: it was refused or undone.
   /// @param dt      s since the last call
-  /// @param energy  J delivered since the start: tetrahedra that could not have been boiled dry
+  /// @param energy  J delivered since the start: elements that could not have been boiled dry
   ///                with what earlier ones left of it are deferred
   /// Cost: O(heated part).
   void collect(const Solver& solver, const HeatField& field, double dt, double energy,
                TopologyEdit& edit);
 
-  /// Counts the tetrahedra of the last collect() as removed.
+  /// Counts the elements of the last collect() as removed.
   void commit() noexcept { spent_ += due_energy_; }
 
-  /// J that it would have cost to warm and boil dry all tetrahedra removed.
+  /// J that it would have cost to warm and boil dry all elements removed.
   [[nodiscard]] double spent() const noexcept { return spent_; }
 
   // of the last collect()
@@ -47,11 +47,11 @@ class HeatChanges {
   [[nodiscard]] Index torn_count() const noexcept { return torn_; }
   [[nodiscard]] Index deferred_count() const noexcept { return deferred_count_; }
 
-  /// Tetrahedra that were due.
-  [[nodiscard]] std::span<const DueTet> pending() const noexcept { return pending_; }
+  /// Elements that were due.
+  [[nodiscard]] std::span<const DueElement> pending() const noexcept { return pending_; }
 
   /// Goes back to where these were so, after the field has.
-  void restore(const HeatField& field, double spent, std::vector<DueTet> pending) noexcept;
+  void restore(const HeatField& field, double spent, std::vector<DueElement> pending) noexcept;
 
   /// Goes along with a compaction, after the field has.
   void renumber(const HeatField& field, const Renumbering& ids);
@@ -60,9 +60,9 @@ class HeatChanges {
   void undo(const HeatField& field) noexcept;
 
  private:
-  // A tetrahedron that is due.
+  // An element that is due.
   struct Due {
-    Index tet;
+    Index element;
     double water;  // share left
     bool is_torn;
   };
@@ -74,12 +74,13 @@ class HeatChanges {
     float behind;  // the smaller, the farther what it is now is from there
   };
 
-  [[nodiscard]] bool is_tearing(const HeatField& field, Index tet, double water, double dt) const;
+  [[nodiscard]] bool is_tearing(const HeatField& field, Index element, double water,
+                                double dt) const;
   void find_marked(const HeatField& field);
   void find_due(const HeatField& field, double dt);
   void take_due(const HeatField& field, double energy, TopologyEdit& edit);
   void remember(const HeatField& field, std::size_t taken);
-  [[nodiscard]] const DueTet* find_pending(Index tet) const;
+  [[nodiscard]] const DueElement* find_pending(Index element) const;
   void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
   void stiffen(const Solver& solver, const HeatField& field, TopologyEdit& edit);
   void keep_farthest();
@@ -93,12 +94,12 @@ class HeatChanges {
   double spent_ = 0, spent_before_ = 0;  // J
   double due_energy_ = 0, due_volume_ = 0;
   Index torn_ = 0, deferred_count_ = 0;
-  std::vector<DueTet> pending_;     // asked for last, or waiting for energy; ascending
-  std::vector<double> seen_water_;  // [vertex_count] at the last call
+  std::vector<DueElement> pending_;  // asked for last, or waiting for energy; ascending
+  std::vector<double> seen_water_;   // [vertex_count] at the last call
 
   // scratch
-  std::vector<Index> marked_;        // tetrahedra, ascending
-  std::vector<std::uint32_t> seen_;  // [tet_count] round in which it was met
+  std::vector<Index> marked_;          // elements, ascending
+  ElementValues<std::uint32_t> seen_;  // round in which it was met
   std::uint32_t round_ = 0;
   std::vector<Due> due_;
   std::vector<Index> edges_;

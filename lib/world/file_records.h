@@ -334,10 +334,10 @@ void visit_members(Record& heat, Visit& visit) {
   visit(temperatures, peak_temperatures, water, survival, collagen, charred, held, active);
   visit(pending, most_warm, ledger);
 }
-template <RecordOf<DueTet> Record, class Visit>
+template <RecordOf<DueElement> Record, class Visit>
 void visit_members(Record& due, Visit& visit) {
-  auto& [tet, is_torn] = due;
-  visit(tet, is_torn);
+  auto& [element, is_torn] = due;
+  visit(element, is_torn);
 }
 template <RecordOf<CauterySnapshot> Record, class Visit>
 void visit_members(Record& cautery, Visit& visit) {

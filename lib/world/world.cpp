@@ -24,12 +24,11 @@ constexpr char kWhereStiff[] = "where a body is stiff";
 }  // namespace
 
 template <class AddTo>
-BodyId World::Data::add(const std::string& name, const TissueRecord& tissue_of, const TetMesh& mesh,
+BodyId World::Data::add(const std::string& name, const TissueRecord& tissue_of,
                         const AddTo& add_to) {
   check_thermal_properties(tissue_of.heat);
   if (solver == nullptr) {
     const Index body = add_to(scene);
-    meshes.push_back(mesh);
     return bodies.add(name, tissue_of, body);
   }
   if (std::ranges::count(tissue->bodies(), name, &Body::name) > 0) {
@@ -48,7 +47,6 @@ void World::Data::make_solver() {
   tissue = std::move(made);
   follow_tissue();
   scene = {};
-  meshes.clear();
 }
 
 void World::Data::follow_tissue() {
@@ -136,7 +134,7 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 BodyId World::add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue) {
-  return data_->add(name, tissue, mesh,
+  return data_->add(name, tissue,
                     [&](Scene& scene) { return scene.add_body(name, mesh, tissue.mechanics); });
 }
 
@@ -144,7 +142,7 @@ BodyId World::add_sheet(const std::string& name, std::span<const Eigen::Vector3d
                         std::span<const Triangle> triangles, float thickness,
                         const TissueRecord& tissue) {
   const SheetMaterial material = sheet_material(tissue.mechanics, thickness);
-  return data_->add(name, tissue, {}, [&](Scene& scene) {
+  return data_->add(name, tissue, [&](Scene& scene) {
     return scene.add_sheet(name, positions, triangles, material);
   });
 }
@@ -193,22 +191,12 @@ Index World::join(BodyId first, BodyId second, const JoinOptions& options) {
   Data& data = *data_;
   data.check_is_scene("what joins bodies");
   const Index from = data.bodies.in_tissue(first), to = data.bodies.in_tissue(second);
-  for (const Index body : {from, to}) {
-    if (is_sheet(data.scene.body(body))) {
-      throw InvalidArgument("body '" + data.scene.body(body).name +
-                            "' is a sheet; strands are scattered over surfaces of solid bodies, "
-                            "and links join a sheet");
-    }
-  }
-  const std::vector<MembraneLink> links = scattered_links(data.meshes[from], data.meshes[to],
-                                                          {.max_distance = options.max_distance,
-                                                           .density = options.density,
-                                                           .seed = options.strands.seed});
+  const std::vector<MembraneLink> links =
+      scattered_links(LinkedSurface(data.scene, from), LinkedSurface(data.scene, to),
+                      {.max_distance = options.max_distance,
+                       .density = options.density,
+                       .seed = options.strands.seed});
   data.strands.join(data.scene, from, to, links, options.strands);
-  // strands of several segments bring a body of particles, which no id stands for
-  while (data.meshes.size() < data.scene.bodies().size()) {
-    data.meshes.emplace_back();
-  }
   return static_cast<Index>(links.size());
 }
 

@@ -68,7 +68,6 @@ struct World::Data {
   // Before the solver is made.
   SolverOptions options;
   Scene scene;
-  std::vector<TetMesh> meshes;  // [body]
 
   ConnectiveTissue strands;
   BodyTable bodies;
@@ -89,11 +88,9 @@ struct World::Data {
   std::vector<BladeSweep> blades;
 
   /// Adds a body to the scene, or to what comes with the next step.
-  /// @param mesh    what join() finds its surface in
   /// @param add_to  Index(Scene&)
   template <class AddTo>
-  BodyId add(const std::string& name, const TissueRecord& tissue, const TetMesh& mesh,
-             const AddTo& add_to);
+  BodyId add(const std::string& name, const TissueRecord& tissue, const AddTo& add_to);
 
   void make_solver();
   void follow_tissue();

@@ -82,7 +82,7 @@ std::size_t WorldState::memory_bytes() const noexcept {
                       pbdsurg::memory_bytes(data_->motion);
   for (const BurnerState& burner : data_->burners) {
     bytes += bytes_of(burner.cautery.heat) + burner.cautery.link_doses.size() * sizeof(double) +
-             burner.cautery.due.size() * sizeof(DueTet);
+             burner.cautery.due.size() * sizeof(DueElement);
   }
   return bytes;
 }

@@ -88,6 +88,7 @@ void World::Data::collect_program(Frame& frame, std::vector<EditRequest>& reques
 const TissueChange& World::Data::apply(const TopologyEdit& edit, Frame& frame) {
   const TissueChange& change = tissue->apply(edit);
   frame.removed_tets += static_cast<Index>(change.removed_tets.size());
+  frame.removed_triangles += static_cast<Index>(change.removed_triangles.size());
   frame.removed_links += static_cast<Index>(change.removed_links.size());
   return change;
 }

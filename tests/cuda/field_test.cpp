@@ -62,7 +62,7 @@ TEST_CASE("cuda fields: a contact has nearly a disk's resistance", "[device]") {
   CHECK(report.has_converged);
   CHECK(report.conductance ==
         Approx(2 * std::numbers::pi * 0.3 * 2 * kEdge / std::atan(10.0)).epsilon(0.08));
-  CHECK(testing::sum(field.tet_heat()) == Approx(report.conductance).epsilon(1e-12));
+  CHECK(testing::sum(field.element_heat()) == Approx(report.conductance).epsilon(1e-12));
 }
 
 // Would catch anything that fields share.

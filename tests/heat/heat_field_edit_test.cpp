@@ -142,7 +142,7 @@ class EditedBlock {
 
   static std::vector<std::array<double, 6>> coefficients_at(const ThermalMesh& mesh, Index v) {
     std::vector<std::array<double, 6>> found;
-    mesh.for_each_tet(v, [&](Index t) { found.push_back(mesh.edge_coefficients(t)); });
+    mesh.for_each_element(v, [&](Index t) { found.push_back(mesh.edge_coefficients(t)); });
     return found;
   }
 

@@ -31,7 +31,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 bool is_quiet(const PotentialField& field) {
   return field.report().conductance == 0 && testing::sum(field.vertex_heat()) == 0 &&
-         testing::sum(field.tet_heat()) == 0;
+         testing::sum(field.element_heat()) == 0;
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ TEST_CASE("potential: it solves again only for what is new", "[unit]") {
   CHECK_FALSE(block.solve().is_new);
   CHECK(block.field.report().iterations == iterations);
 
-  const Index near = block.field.tets()[0];
+  const Index near = block.field.elements()[0];
   block.conductivities[near] *= 1.04;
   CHECK_FALSE(block.solve().is_new);
   block.conductivities[near] *= 1.04;
@@ -68,7 +68,7 @@ TEST_CASE("potential: what goes is due however much conductivities may change", 
   TouchedBlock block({10, 10, 6}, 0, {.conductivity_change = 2});
   block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
   const double before = block.solve().conductance;
-  const Index near = block.field.tets()[0];
+  const Index near = block.field.elements()[0];
   block.conductivities[near] *= 2.9;
   CHECK_FALSE(block.solve().is_new);
   block.conductivities[near] = 0;
@@ -162,7 +162,7 @@ TEST_CASE("potential: a region that tissue goes from is what a search would find
         burnt.tissue.undo();
       }
     }
-    const std::size_t listed = burnt.field.tets().size();
+    const std::size_t listed = burnt.field.elements().size();
     const PotentialReport& report = burnt.solve();
 
     TouchedBlock fresh(kCells, 0.1, tight);
@@ -179,7 +179,8 @@ TEST_CASE("potential: a region that tissue goes from is what a search would find
       return testing::spread(block.field, block.field.vertex_heat(), block.mesh.vertex_count());
     };
     CHECK(largest_difference(heat(burnt), heat(fresh)) <= 1e-6 * expected.conductance);
-    kept += burnt.field.tets().size() == listed && listed > fresh.field.tets().size() ? 1 : 0;
+    kept +=
+        burnt.field.elements().size() == listed && listed > fresh.field.elements().size() ? 1 : 0;
     opened += expected.is_closed ? 0 : 1;
   }
   CHECK(kept > 5);  // or nothing here was tried

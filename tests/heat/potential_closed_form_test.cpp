@@ -81,9 +81,9 @@ TEST_CASE("potential: a bar has the resistance L / (sigma A) and is heated evenl
     CHECK(report.has_converged);
     CHECK(report.conductance == Approx(kSigma * 9 * edge / 12).epsilon(1e-9));
     const double density = kSigma / (144 * edge * edge);
-    for (std::size_t i = 0; i < bar.field.tets().size(); ++i) {
-      CHECK(bar.field.tet_heat()[i] ==
-            Approx(density * bar.mesh.volume(bar.field.tets()[i])).epsilon(1e-8));
+    for (std::size_t i = 0; i < bar.field.elements().size(); ++i) {
+      CHECK(bar.field.element_heat()[i] ==
+            Approx(density * bar.mesh.volume(bar.field.elements()[i])).epsilon(1e-8));
     }
   }
 }
@@ -175,20 +175,20 @@ TEST_CASE("potential: a disk on a half-space has its resistance, power and hot r
     }
     CHECK(worst < 0.07);
 
-    const double total = testing::sum(disk.field.tet_heat());
+    const double total = testing::sum(disk.field.element_heat());
     std::vector<double> inside(static_cast<std::size_t>(3 * n + 1), 0.0);
     double centre = 0, rim = 0;  // W/V^2 m^3
-    for (std::size_t i = 0; i < disk.field.tets().size(); ++i) {
-      const Index t = disk.field.tets()[i];
+    for (std::size_t i = 0; i < disk.field.elements().size(); ++i) {
+      const Index t = disk.field.elements()[i];
       Eigen::Vector3d middle = Eigen::Vector3d::Zero();
       for (const Index v : disk.mesh.tets()[t]) {
         middle += disk.mesh.rest_positions()[v] / 4;
       }
       const double sheet = std::asinh(spheroid(middle)) / std::asinh(kReach) * 3 * n;
       for (Index k = static_cast<Index>(sheet) + 1; k <= 3 * n; ++k) {
-        inside[k] += disk.field.tet_heat()[i];
+        inside[k] += disk.field.element_heat()[i];
       }
-      const double density = disk.field.tet_heat()[i] / disk.mesh.volume(t);
+      const double density = disk.field.element_heat()[i] / disk.mesh.volume(t);
       const double across = middle.head<2>().norm();
       if (sheet < 1) {
         (across < 0.5 * kDisk ? centre : rim) =
@@ -249,7 +249,7 @@ namespace {
 
 void check_power(Conductor& at) {
   const double conductance = at.solve().conductance;
-  CHECK(testing::sum(at.field.tet_heat()) == Approx(conductance).epsilon(1e-12));
+  CHECK(testing::sum(at.field.element_heat()) == Approx(conductance).epsilon(1e-12));
   CHECK(testing::sum(at.field.vertex_heat()) == Approx(conductance).epsilon(1e-12));
   const std::vector<double> all = testing::currents(at.mesh, at.field, at.conductivities);
   double into = 0, out = 0;

@@ -61,7 +61,8 @@ TEST_CASE("potential: one vertex, touched in part, is a smaller disk", "[unit]")
     CHECK(block.solve().conductance == Approx(4 * kSigma * radius).epsilon(0.2));
     CHECK(testing::sum(block.field.vertex_heat()) ==
           Approx(block.field.report().conductance).epsilon(1e-12));
-    CHECK(testing::sum(block.field.tet_heat()) <= block.field.report().conductance * (1 + 1e-12));
+    CHECK(testing::sum(block.field.element_heat()) <=
+          block.field.report().conductance * (1 + 1e-12));
   }
 }
 
@@ -93,7 +94,7 @@ TEST_CASE("potential: stopped early, heat still sums to what is reported", "[uni
   double before = 0;
   for (int i = 0; i < 5; ++i) {
     const PotentialReport& report = hurried.solve();
-    CHECK(testing::sum(hurried.field.tet_heat()) == Approx(report.conductance).epsilon(1e-12));
+    CHECK(testing::sum(hurried.field.element_heat()) == Approx(report.conductance).epsilon(1e-12));
     CHECK(report.conductance > exact.field.report().conductance * (1 - 1e-5));
     CHECK((i == 0 || report.conductance <= before));
     before = report.conductance;
@@ -180,7 +181,7 @@ TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
   CHECK_THROWS_AS(block.field.set_patch(Patch{{0, 1}}, nan), InvalidArgument);
   CHECK_THROWS_AS(block.field.set_ground(std::vector<Index>{-1}), InvalidArgument);
   CHECK_THROWS_AS(block.field.solve({}), InvalidArgument);
-  const Index tet = block.field.tets()[3];
+  const Index tet = block.field.elements()[3];
   for (const double bad : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
     block.conductivities[tet] = bad;
     CHECK_THROWS_WITH(block.solve(), ContainsSubstring("tet " + std::to_string(tet) + " "));

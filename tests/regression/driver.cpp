@@ -412,7 +412,7 @@ void Driver::look_at_heat(Record& record, int checkpoint) {
   }
   for (Index t = 0; t < mesh.tet_count(); ++t) {
     geometry.mix(mesh.is_alive(t));
-    geometry.mix(mesh.tissue_of_tet(t));
+    geometry.mix(mesh.tissue_of_element(t));
     geometry.mix(mesh.volume(t));
     geometry.mix_all(mesh.edge_coefficients(t));
   }

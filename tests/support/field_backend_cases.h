@@ -29,7 +29,7 @@ struct Found {
     reports.push_back(field.report());
     potentials.emplace_back(field.potentials().begin(), field.potentials().end());
     vertex_heat.emplace_back(field.vertex_heat().begin(), field.vertex_heat().end());
-    tet_heat.emplace_back(field.tet_heat().begin(), field.tet_heat().end());
+    tet_heat.emplace_back(field.element_heat().begin(), field.element_heat().end());
   }
 };
 

@@ -70,7 +70,7 @@ inline std::vector<double> currents(const ThermalMesh& mesh, const PotentialFiel
                                     const std::vector<double>& conductivities) {
   const std::vector<double> u = spread(field, field.potentials(), mesh.vertex_count());
   std::vector<double> sums(u.size(), 0.0);
-  for (const Index t : field.tets()) {
+  for (const Index t : field.elements()) {
     for (std::size_t k = 0; k < 6; ++k) {
       const Index a = mesh.tets()[t][kTetEdges[k][0]];
       const Index b = mesh.tets()[t][kTetEdges[k][1]];

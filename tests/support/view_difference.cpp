@@ -167,7 +167,7 @@ std::string difference(const LiveModel& model, const HeatField& field,
   const ThermalMesh& mesh = field.mesh();
   std::vector<Tet> live;
   for (std::size_t t = 0; t < model.tets.size(); ++t) {
-    if (model.tet_alive[t] && mesh.tissue_of_tet(static_cast<Index>(t)) != kInvalidIndex) {
+    if (model.tet_alive[t] && mesh.tissue_of_element(static_cast<Index>(t)) != kInvalidIndex) {
       live.push_back(model.tets[t]);
     }
   }

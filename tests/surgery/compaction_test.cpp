@@ -168,7 +168,7 @@ void check_same_tissue(const World& before, const World& now, const Renumbering&
       wrong += a.is_alive(t);
       continue;
     }
-    wrong += a.is_alive(t) != b.is_alive(id) || a.tissue_of_tet(t) != b.tissue_of_tet(id);
+    wrong += a.is_alive(t) != b.is_alive(id) || a.tissue_of_element(t) != b.tissue_of_element(id);
     wrong += a.volume(t) != b.volume(id) || a.edge_coefficients(t) != b.edge_coefficients(id);
     wrong += before.cautery.state(t) != now.cautery.state(id);
   }

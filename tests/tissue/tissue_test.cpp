@@ -239,7 +239,7 @@ TEST_CASE("tissue: a heat field made after a cut conducts in what is left", "[pr
   const HeatField late(tissue, {&body, 1});
   double volume = 0;
   for (Index t = 0; t < late.mesh().tet_count(); ++t) {
-    CHECK(late.mesh().tissue_of_tet(t) == early.mesh().tissue_of_tet(t));
+    CHECK(late.mesh().tissue_of_element(t) == early.mesh().tissue_of_element(t));
     CHECK(late.mesh().is_alive(t) == early.mesh().is_alive(t));
     CHECK(late.mesh().volume(t) == early.mesh().volume(t));
     CHECK(late.mesh().edge_coefficients(t) == early.mesh().edge_coefficients(t));

@@ -572,7 +572,7 @@ TEST_CASE("world state: heat refuses snapshots that are of no field", "[unit]") 
   }
   REQUIRE(hottest != kInvalidIndex);
   std::vector<Index> tets;
-  field.mesh().for_each_tet(hottest, [&](Index t) { tets.push_back(t); });
+  field.mesh().for_each_element(hottest, [&](Index t) { tets.push_back(t); });
   slabs.world.tissue().apply({.remove_tets = tets});
   const CauterySnapshot after = cautery.snapshot();
   check_refused([&] { cautery.restore(good); }, "the snapshot is of topology version");

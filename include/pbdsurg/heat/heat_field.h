@@ -42,7 +42,7 @@ struct HeatLedger {
   double in = 0;         ///< from sources, and from vertices whose temperature is held or set
   double sensible = 0;   ///< held as temperature above body temperature
   double latent = 0;     ///< went with steam: latent heat, and what warmed that water; with smoke
-  double removed = 0;    ///< taken away with removed tetrahedra, what their steam took included
+  double removed = 0;    ///< taken away with removed elements, what their steam took included
   double surface = 0;    ///< given to the ambient
   double perfusion = 0;  ///< carried off by blood
 };
@@ -59,8 +59,8 @@ struct HeatOptions {
   /// host's to the tolerance, and repeat their own bits.
   Executor executor{};
   /// Active vertices, >= 0, from which a device solves, opened by the first such system; up to
-  /// 2^25. Measured on an H200 beside its Xeon: 1,040 rows take as long on both, 4,046 rows 0.22
-  /// and 0.38 ms.
+  /// 2^25, and none of a sheet. Measured on an H200 beside its Xeon: 1,040 rows take as long on
+  /// both, 4,046 rows 0.22 and 0.38 ms.
   Index device_rows = 1500;
 };
 
@@ -256,7 +256,7 @@ class PBDSURG_API HeatField final : public Follower {
     std::unique_ptr<HeatRegion> region_;
   };
 
-  // Of a vertex or a tetrahedron, J.
+  // Of a vertex or an element, J.
   struct Heat {
     double sensible = 0, latent = 0;
   };
@@ -270,7 +270,7 @@ class PBDSURG_API HeatField final : public Follower {
     return mesh_.tissues()[static_cast<std::size_t>(mesh_.tissue_of_vertex(vertex))];
   }
   [[nodiscard]] Heat heat_per_mass(Index vertex) const;
-  [[nodiscard]] Heat heat_of(Index tet) const;
+  [[nodiscard]] Heat heat_of(Index element) const;
   [[nodiscard]] Heat heat_of(std::span<const Index> vertices) const;
   void check(double dt, std::span<const HeatSource> sources,
              std::span<const TetHeatSource> tet_sources) const;

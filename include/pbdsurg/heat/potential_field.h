@@ -38,7 +38,8 @@ struct PotentialOptions {
   /// conduct.
   double conductivity_change = 0.05;
   Executor executor{};  ///< as HeatOptions::executor
-  /// Vertices of a region, >= 0, from which a device solves; up to 2^25. Measured on an H200 beside
+  /// Vertices of a region, >= 0, from which a device solves; up to 2^25, and without triangles of
+  /// sheets. Measured on an H200 beside
   /// its Xeon: 1,100 take 0.16 to 0.18 ms there and 0.23 to 0.30 ms on one thread, 850 take 0.12
   /// and 0.10.
   Index device_rows = 1000;
@@ -53,7 +54,7 @@ struct PotentialReport {
   double residual = 0;        ///< relative
   bool has_converged = true;  ///< whether the tolerance was reached
   Index vertex_count = 0;     ///< of the region
-  Index lost_count = 0;       ///< vertices of the patch that no conducting tetrahedron has
+  Index lost_count = 0;       ///< vertices of the patch that no conducting element has
   bool is_on_device = false;  ///< who solves in this region
 };
 
@@ -61,7 +62,8 @@ struct PotentialReport {
 /// current leaves elsewhere. Linear finite elements; displacement current is neglected (in liver at
 /// 500 kHz it makes the admittance 1.13 times as large, in other tissue less).
 ///
-/// The region is what conducting tetrahedra join to the patch within region_radii radii of the
+/// In sheets current flows along the plane, through all of the thickness. The region is what
+/// conducting elements join to the patch within region_radii radii of the
 /// contact, where ground begins: that leaves out (2 / pi) / region_radii of the resistance of a
 /// disk on a half-space, and with a prescribed power hardly any of the heat. A radius counts as at
 /// least half an edge of the mesh, for so does a disk that one vertex stands for; and the ball is
@@ -110,16 +112,17 @@ class PBDSURG_API PotentialField {
   /// @return  [n] ids of its vertices, valid until the next call; empty where nothing conducts
   /// @throws InvalidArgument  as solve()
   /// Cost: O(region) to look, far below a solution; a search, where one is due, as much as one.
-  std::span<const Index> find_region(std::span<const double> conductivities);
+  std::span<const Index> find_region(const ElementSpan& conductivities);
 
   /// Solves for one volt, from where the last solution ended, if the patch, the topology or a
   /// conductivity of the region changed enough; else nothing is done but to look.
-  /// @param conductivities  [tet_count] S/m, >= 0 and finite where tetrahedra of the region live
+  /// @param conductivities  S/m, >= 0 and finite where elements of the region live; of triangles
+  ///                        only where the mesh has any that conduct
   /// @param positions       [vertex_count] m, for the current shape of the tissue, in which
-  ///                        flattened tetrahedra count as of a tenth of their rest volume, and
+  ///                        flattened elements count as of a tenth of their rest volume, and
   ///                        slivers as ThermalMesh has them; empty: the shape at rest. Moves count
   ///                        where they exceed conductivity_change of an edge's length.
-  /// @throws InvalidArgument  naming the array of a wrong size, the tetrahedron whose conductivity
+  /// @throws InvalidArgument  naming the array of a wrong size, the element whose conductivity
   ///                          is negative or not finite, or the vertex whose position is not
   ///                          finite, or if the mesh is a copy, and so missed an edit; then nothing
   ///                          has changed
@@ -128,7 +131,7 @@ class PBDSURG_API PotentialField {
   /// Cost: O(region), and of a new region once more: one that has to be searched for, since the
   /// patch left its middle, tissue came or changed corners, or may have been cut off by what went.
   /// See bench/potential_bench.cpp.
-  const PotentialReport& solve(std::span<const double> conductivities,
+  const PotentialReport& solve(const ElementSpan& conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
 
   /// Is as if it were new from here on, without patch, ground and solution: what is given to two
@@ -139,22 +142,22 @@ class PBDSURG_API PotentialField {
   [[nodiscard]] const PotentialReport& report() const noexcept;
 
   /// [vertex_count of the region] ids. Until another region is searched for, those stay whose
-  /// tissue has gone, without heat; so do their tetrahedra in tets().
+  /// tissue has gone, without heat; so do their elements in elements().
   [[nodiscard]] std::span<const Index> vertices() const noexcept;
 
   /// [vertex_count of the region] share of the electrode's voltage, in [0, 1] but for obtuse
   /// tetrahedra and the tolerance
   [[nodiscard]] std::span<const double> potentials() const noexcept;
 
-  /// [vertex_count of the region] W/V^2: a quarter of the heat of each tetrahedron, and that of a
-  /// contact that is less than whole; sums to the conductance.
+  /// [vertex_count of the region] W/V^2: a quarter of the heat of each tetrahedron, a third of that
+  /// of each triangle, and that of a contact that is less than whole; sums to the conductance.
   [[nodiscard]] std::span<const double> vertex_heat() const noexcept;
 
-  /// [tet_count of the region] ids
-  [[nodiscard]] std::span<const Index> tets() const noexcept;
+  /// [element_count of the region] ids
+  [[nodiscard]] std::span<const Index> elements() const noexcept;
 
-  /// [tet_count of the region] W/V^2: sigma V |grad u|^2
-  [[nodiscard]] std::span<const double> tet_heat() const noexcept;
+  /// [element_count of the region] W/V^2: sigma V |grad u|^2
+  [[nodiscard]] std::span<const double> element_heat() const noexcept;
 
  private:
   struct Work;

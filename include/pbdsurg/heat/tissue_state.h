@@ -205,25 +205,27 @@ PBDSURG_HOST_DEVICE Real stiffened(const ThermalProperties& tissue, Real surviva
   return 1 + (static_cast<Real>(tissue.coagulated_stiffness) - 1) * (1 - survival);
 }
 
-/// State of a tetrahedron under heat, by how many of its vertices have boiled: the paper's
-/// algorithm 2.
+/// State of an element under heat, by how many of its vertices have boiled: the paper's algorithm 2
+/// of tetrahedra, and the same of triangles of sheets.
 enum class HeatState : std::uint8_t {
   normal,     ///< none
   heated,     ///< one: no change of volume
   burning,    ///< two or more: volume and the edges between boiled vertices shrink
-  vaporised,  ///< all four, and, by RemovalRule::water, its water is gone: removed
+  vaporised,  ///< all, and, by RemovalRule::water, its water is gone: removed
 };
 
-/// @param boiled_vertices  how many of its vertices have ever boiled, 0 to 4
+/// @param boiled_vertices  how many of its vertices have ever boiled, 0 to all
 /// @param water            mean share of water left at its vertices
 /// @param dry_water        share at which tissue counts as dry
+/// @param vertices         how many it has: 4 of a tetrahedron, 3 of a triangle
 PBDSURG_HOST_DEVICE constexpr HeatState heat_state(RemovalRule rule, int boiled_vertices,
-                                                   double water, double dry_water) {
+                                                   double water, double dry_water,
+                                                   int vertices = 4) {
   if (boiled_vertices < 2) {
     return boiled_vertices == 1 ? HeatState::heated : HeatState::normal;
   }
   const bool is_gone =
-      boiled_vertices == 4 && (rule == RemovalRule::boiled_vertices || water <= dry_water);
+      boiled_vertices == vertices && (rule == RemovalRule::boiled_vertices || water <= dry_water);
   return is_gone ? HeatState::vaporised : HeatState::burning;
 }
 

@@ -13,6 +13,7 @@
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/base/owned.h"
 #include "pbdsurg/base/types.h"
+#include "pbdsurg/heat/elements.h"
 #include "pbdsurg/heat/generator.h"
 #include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/heat/potential_field.h"
@@ -101,22 +102,22 @@ struct CauteryReport {
   int heat_iterations = 0;       ///< over all substeps
   bool converged = true;         ///< each linear system reached its tolerance
   double removed_volume = 0;     ///< m^3 at rest
-  Index torn = 0;                ///< tetrahedra of those removed that steam tore
-  Index deferred = 0;            ///< tetrahedra, dry or torn before, that wait for energy
+  Index torn = 0;                ///< elements of those removed that steam tore
+  Index deferred = 0;            ///< elements, dry or torn before, that wait for energy
   TissueChange edit;             ///< of update(): what heat changed; empty if there was no edit
 };
 
-/// A tetrahedron that heat took, or is to take.
-struct DueTet {
-  Index tet;     ///< its id
-  bool is_torn;  ///< by steam, rather than dry
+/// An element that heat took, or is to take.
+struct DueElement {
+  Index element;  ///< a tetrahedron, or a sheet's triangle, as heat/elements.h has them
+  bool is_torn;   ///< by steam, rather than dry
 };
 
 /// What updates change of a cautery, at one version of its tissue, that of `heat`.
 struct CauterySnapshot {
   HeatSnapshot heat;               ///< of its field
   std::vector<double> link_doses;  ///< [link_count] J that each link has taken, >= 0
-  std::vector<DueTet> due;         ///< taken last, or waiting for energy; ascending
+  std::vector<DueElement> due;     ///< taken last, or waiting for energy; ascending
   double removal_energy = 0;       ///< J, as Cautery::removal_energy()
   double link_energy = 0;          ///< J, as Cautery::link_energy_spent()
   double electrode_energy = 0;     ///< J, as Cautery::electrode_energy()
@@ -133,6 +134,10 @@ struct CauterySnapshot {
 /// takes the place of the potential. Removal never outruns energy: all that heat has removed would
 /// have cost no more to boil dry than what has been delivered; what is dry beyond that waits, what
 /// steam would tear boils on.
+///
+/// A sheet takes part in all of it but three: its triangles neither stiffen nor shrink, as they
+/// keep stiffness and rest shape, and the closed form of a disk is not for it, as current spreads
+/// in its plane alone.
 ///
 /// Undoing an edit does not take back the heat that led to it: what heat removed goes again in the
 /// next update. A snapshot() goes back in heat, a WorldState in all.
@@ -190,9 +195,9 @@ class PBDSURG_API Cautery {
   /// topology is what it was. With the generator off, updates from then on give the bits that they
   /// gave from there; with it on, potential and conductivities are found anew, so the former agrees
   /// to PotentialOptions::tolerance and the latter to 1.5 %. What is restored twice goes on with
-  /// the same bits both times. Cost: O(tetrahedra + links).
+  /// the same bits both times. Cost: O(elements + links).
   /// @throws InvalidArgument  as HeatField::restore(), and naming the number of links that differs,
-  ///                          the tetrahedron out of range or out of order, or the energy or
+  ///                          the element out of range or out of order, or the energy or
   ///                          temperature out of range; then nothing has changed
   void restore(const CauterySnapshot& snapshot);
 
@@ -207,6 +212,9 @@ class PBDSURG_API Cautery {
   /// State of a tetrahedron; normal where the hook may not burn.
   /// @throws InvalidArgument  naming the tetrahedron that is not of the scene
   [[nodiscard]] HeatState state(Index tet) const;
+  /// The same of a triangle of a sheet.
+  /// @throws InvalidArgument  naming the triangle that is not of the scene
+  [[nodiscard]] HeatState state_of_triangle(Index triangle) const;
 
   /// What went into links, J.
   [[nodiscard]] double link_energy_spent() const;

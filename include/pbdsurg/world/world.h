@@ -54,6 +54,7 @@ struct Frame {
   StepReport report;                     ///< of the solver, all replicas
   std::vector<CauteryReport> cauteries;  ///< [cautery]
   Index removed_tets = 0,                ///< by all edits of the step
+      removed_triangles = 0,             ///< of sheets, likewise
       removed_links = 0;                 ///< likewise
   Index parted_strands = 0;              ///< for any cause: ConnectiveTissue::events()
   std::vector<RefusedEdit> refused;      ///< in the order in which they were asked
@@ -209,8 +210,7 @@ class PBDSURG_API World {
   Index fix(BodyId body, Condition condition);
 
   /// Scatters strands over the first body's surface where it faces the second's; they tear, are cut
-  /// and burn.
-  /// @throws InvalidArgument  naming the body that is a sheet
+  /// and burn. Both sides of a sheet are one surface.
   /// @return  how many there are
   Index join(BodyId first, BodyId second, const JoinOptions& options = {});
 
