@@ -290,22 +290,20 @@ class FeatureSearch {
     bool has_side = known != nullptr;
     Vector side = has_side ? known->normal : Vector{};
     std::optional<Meeting> hit = end.distance < reach ? std::optional(end) : std::nullopt;
+    // Where it was near before, sweeps may bring it back.
     const float travel = corners.travel() + std::max(length(a - load(before.start)),
                                                      length(b - load(before.end)));
     const int looks =
         std::clamp(static_cast<int>(std::ceil(travel / (kStride * radius))), 1, kMostLooks);
-    for (int look = has_side ? looks : 1; look < looks; ++look) {
+    for (int look = 0; look < (has_side ? 1 : looks) && !(has_side && hit); ++look) {
       const float share = static_cast<float>(look) / static_cast<float>(looks);
       const Meeting early =
           meet(corners.count, corners.at(share), between(load(before.start), a, share),
                between(load(before.end), b, share));
       if (early.distance < reach && early.distance > 0) {
-        side = (1 / early.distance) * early.away;
+        side = has_side ? side : (1 / early.distance) * early.away;
         has_side = true;
-        if (!hit) {
-          hit = early;  // gone through, unless it only came by
-        }
-        break;
+        hit = hit ? hit : early;  // gone through, unless it only came by
       }
     }
     if (!hit) {
@@ -319,9 +317,6 @@ class FeatureSearch {
     const float distance = length(away);
     Vector normal;
     if (distance > 0 && (!has_side || dot(away, side) > 0)) {
-      if (!(distance < reach)) {
-        return;
-      }
       normal = (1 / distance) * away;
     } else if (has_side) {
       const Vector back = -1.0F * away;

@@ -20,7 +20,7 @@ namespace {
 using Vector = Vec3<float>;
 
 // The stiffness of a contact over that of its corners, as far as its neighbours leave it alone.
-constexpr float kFirmness = 3;
+constexpr float kFirmness = 1;
 
 // Gap and slip of a contact now.
 struct Reading {
@@ -132,12 +132,31 @@ bool meets_surfaces(const StepContext& step) noexcept {
 }
 
 void begin_surface_contacts(const StepContext& step, const VertexState& state) {
+  const MovingVertices vertices = moving_vertices(step);
+  const auto is_likely = [&](const SurfaceContact& contact) {
+    return contact.multiplier > 0 || read(vertices, contact).gap < 0;
+  };
+  // What others do at a corner: how often it is pushed, in all.
+  const auto pushes_at = [&](Index place, const SurfaceContact& own, float weight) {
+    float sum = is_likely(own) ? 0 : weight;
+    for (Index h = step.scratch.first_holds[place]; h != kInvalidIndex;
+         h = step.scratch.holds[h].next) {
+      const VertexHold& hold = step.scratch.holds[h];
+      if (hold.kind == HoldKind::surface_contact) {
+        const SurfaceContact& other = step.copy.tools[hold.tool].surface_contacts[hold.entry];
+        sum += is_likely(other) ? other.weights[hold.corner] : 0;
+      }
+    }
+    return sum;
+  };
   for (ToolState& tool : step.copy.tools) {
     for (SurfaceContact& contact : tool.surface_contacts) {
       float yield = 0;
       for (int k = 0; k < contact.feature.count(); ++k) {
-        yield += contact.weights[k] * contact.weights[k] *
-                 yield_of(step, state, contact.feature.places[k], contact.normal);
+        const Index place = contact.feature.places[k];
+        const float weight = contact.weights[k];
+        yield += weight * pushes_at(place, contact, weight) *
+                 yield_of(step, state, place, contact.normal);
       }
       contact.stiffness = yield > 0 ? kFirmness / yield : 0.0F;
     }
