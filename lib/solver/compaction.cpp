@@ -26,17 +26,30 @@ StepReport renumbered(StepReport report, const Renumbering& ids) {
   return report;
 }
 
+// @param places  [place] where it is now, or kInvalidIndex
+void renumber(std::vector<RememberedContact>& contacts, const std::vector<Index>& places) {
+  std::erase_if(contacts, [&](RememberedContact& contact) {
+    const int count = contact.feature.count();
+    const std::span<Index> corners(contact.feature.places.data(), static_cast<std::size_t>(count));
+    std::ranges::transform(corners, corners.begin(), [&](Index place) { return places[place]; });
+    std::ranges::sort(corners);
+    return corners.front() == kInvalidIndex;
+  });
+  std::ranges::sort(contacts, {}, &RememberedContact::feature);
+}
+
 void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) {
   for (Index i = 0; i < from.copy_count(); ++i) {
     const CopyState& before = from.copy(i);
     CopyState& now = to.copy(i);
+    std::vector<Index> places(before.particles.size(), kInvalidIndex);  // now, of those before
     now.forces.assign(before.forces.empty() ? 0 : now.particles.size(), {});
     for (std::size_t v = 0; v < ids.vertices.size(); ++v) {
       if (ids.vertices[v] == kInvalidIndex) {
         continue;
       }
       const Index old_place = from.place_of_vertex[v];
-      const Index place = to.place_of_vertex[ids.vertices[v]];
+      const Index place = places[old_place] = to.place_of_vertex[ids.vertices[v]];
       const Particle& p = before.particles[old_place];
       now.particles[place] = {p.x, p.y, p.z, now.particles[place].w};
       now.velocities[place] = before.velocities[old_place];
@@ -59,6 +72,8 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
         held.vertex = ids.vertices[held.vertex];
       }
       tool.contacts.clear();  // of a substep, by places
+      tool.surface_contacts.clear();
+      renumber(tool.remembered, places);
     }
     now.attachment_colors = before.attachment_colors;
     now.watched_positions = before.watched_positions;
@@ -220,6 +235,9 @@ Renumbering Compaction::finish(Solver& solver) {
   }
   parts_->ids.version = live.last_version + 1;
   move_state(data, built, parts_->ids);
+  if (data.surface.has_begun()) {
+    built.surface.begin(*parts_->compacted);
+  }
   parts_->is_used = true;  // nothing fails from here on
   replace(live, std::move(tissue_data(*parts_->compacted)), parts_->ids.version);
   built.tissue = &tissue;

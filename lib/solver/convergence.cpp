@@ -244,6 +244,11 @@ void leave_out_held(const SolverData& data, const CopyState& copy, Ending& endin
     for (const Contact& contact : tool.contacts) {
       ending.counts[contact.place] = false;
     }
+    for (const SurfaceContact& contact : tool.surface_contacts) {
+      for (int k = 0; k < contact.feature.count(); ++k) {
+        ending.counts[contact.feature.places[k]] = false;
+      }
+    }
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "lib/base/check.h"
 #include "lib/base/describe.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
 
@@ -48,6 +49,31 @@ void check_capsules(std::span<const Capsule> capsules) {
                             std::to_string(capsule.radius) +
                             " m; ends must be finite and the radius positive");
     }
+  }
+}
+
+void check_half_space(const HalfSpace& half_space) {
+  constexpr float kRounding = 1e-3F;
+  if (!half_space.point.allFinite() || !(std::abs(half_space.normal.norm() - 1) < kRounding)) {
+    throw InvalidArgument("the half space has a normal of length " +
+                          std::to_string(half_space.normal.norm()) +
+                          "; it must be a unit, and the point finite");
+  }
+}
+
+void check_surface(const ToolSurface& surface) {
+  if (!(surface.friction >= 0) || !std::isfinite(surface.friction)) {
+    throw InvalidArgument("friction is " + std::to_string(surface.friction) +
+                          "; it must be >= 0 and finite");
+  }
+}
+
+void check_meets_surfaces(const SolverData& data) {
+  if (data.backend->keeps_state()) {
+    throw BackendUnavailable("on a device tools meet vertices alone, without friction");
+  }
+  if (is_explicit(data.options)) {
+    throw InvalidArgument("in explicit steps tools meet vertices alone, without friction");
   }
 }
 

@@ -28,6 +28,16 @@ void check_pose(const ToolPose& pose);
 /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive
 void check_capsules(std::span<const Capsule> capsules);
 
+/// @throws InvalidArgument  unless it has a finite point and a unit normal
+void check_half_space(const HalfSpace& half_space);
+
+/// @throws InvalidArgument  unless friction is finite and not negative
+void check_surface(const ToolSurface& surface);
+
+/// @throws BackendUnavailable  if the solver is on a device
+/// @throws InvalidArgument     if it takes explicit steps
+void check_meets_surfaces(const SolverData& data);
+
 /// @throws InvalidArgument  unless it is in [0, kLargestCompliance]
 void check_grasp_compliance(float compliance);
 

@@ -32,6 +32,8 @@ void check_count(const char* what, std::size_t count, std::size_t expected) {
 
 void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
   check_capsules(tool.capsules);
+  std::ranges::for_each(tool.half_spaces, check_half_space);
+  check_surface(tool.surface);
   check_pose(tool.pose);
   check_pose(tool.target);
   std::vector<bool> is_held(static_cast<std::size_t>(tissue.vertex_count()), false);
@@ -42,6 +44,20 @@ void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
       throw InvalidArgument("vertex " + std::to_string(held.vertex) +
                             " is held at a place that is not finite");
     }
+  }
+}
+
+void check_remembered(const SolverData& data, const ToolState& tool) {
+  if (tool.has_surface()) {
+    check_meets_surfaces(data);
+  }
+  for (const RememberedContact& contact : tool.remembered) {
+    for (int k = 0; k < contact.feature.count(); ++k) {
+      check_id("place", contact.feature.places[k], data.particles.size());
+    }
+  }
+  if (!std::ranges::is_sorted(tool.remembered, {}, &RememberedContact::feature)) {
+    throw InvalidArgument("contacts of a tool are not in the order of their features");
   }
 }
 
@@ -70,6 +86,7 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
     check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
     for (std::size_t i = 0; i < own.tools.size(); ++i) {
       check_tool(solver.tissue(), ToolId(static_cast<Index>(i)), own.tools[i]);
+      check_remembered(data, own.tools[i]);
     }
   }
 }
@@ -156,6 +173,8 @@ SolverMotion motion_of(const Solver& solver) {
     own.tools = state.tools;
     for (ToolState& tool : own.tools) {
       tool.contacts = {};  // of a substep
+      tool.surface_contacts = {};
+      tool.capsules_before = {};
       tool.placed_capsules = {};
     }
     own.watched_positions = state.watched_positions;
@@ -190,6 +209,9 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
     state.watched_positions = own.watched_positions;
     state.last_report = own.report;
     solver.set_factors(own.factors, i);
+  }
+  if (std::ranges::any_of(data.tools, &ToolState::has_surface)) {
+    data.surface.begin(solver.tissue());
   }
   data.reserve_tools();
   data.changes.tools = data.changes.watched = true;

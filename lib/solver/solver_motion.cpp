@@ -15,6 +15,7 @@
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
+#include "lib/solver/state/remembered_contacts.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -182,6 +183,7 @@ Snapshot Solver::snapshot(Index copy) const {
     snapshot.velocities_before.emplace_back(before.x, before.y, before.z);
   }
   snapshot.forces = forces(copy);
+  snapshot.contacts = contacts_of(*data_, state);
   return snapshot;
 }
 
@@ -219,6 +221,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   for (const ToolPose& pose : snapshot.tool_poses) {
     check_pose(pose);
   }
+  check_contacts(snapshot.contacts, state.tools, state.particles.size());
   for (const float share : snapshot.falling) {
     if (!(share >= 0) || !(share <= 1)) {
       throw InvalidArgument("a share of gravity in the snapshot is " + std::to_string(share) +
@@ -250,8 +253,12 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     tool.attachments.clear();
     data_->forget_releases(copy, static_cast<Index>(t));
     tool.contacts.clear();
+    tool.surface_contacts.clear();
+    tool.remembered.clear();
     tool.force.setZero();
+    tool.torque.setZero();
   }
+  set_contacts(snapshot.contacts, *data_, state);
   state.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();

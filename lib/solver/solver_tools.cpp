@@ -10,12 +10,36 @@
 
 namespace pbdsurg {
 
-ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
+ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
+                        const ToolSurface& surface) {
   check_capsules(capsules);
   check_pose(pose);
+  check_surface(surface);
   ToolState tool;
+  tool.surface = surface;
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
+  return add(std::move(tool));
+}
+
+ToolId Solver::add_half_space(const HalfSpace& half_space, float friction, const ToolPose& pose) {
+  check_half_space(half_space);
+  check_pose(pose);
+  ToolState tool;
+  tool.surface.friction = friction;
+  check_surface(tool.surface);
+  tool.half_spaces.push_back(half_space);
+  tool.pose = tool.target = pose;
+  return add(std::move(tool));
+}
+
+ToolId Solver::add(ToolState tool) {
+  if (tool.has_surface()) {
+    check_meets_surfaces(*data_);
+  }
+  if (tool.surface.features == ContactFeatures::all) {
+    data_->surface.begin(tissue());
+  }
   data_->finish_running_step();
   std::vector<ToolState> added(static_cast<std::size_t>(data_->copy_count()), tool);
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {
@@ -80,6 +104,38 @@ void Solver::release(ToolId tool, Index copy) {
   owner.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();
+}
+
+Eigen::Vector3f Solver::tool_torque(ToolId tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  if (data_->backend->keeps_state()) {
+    throw BackendUnavailable("a device sums forces on tools, and no torques");
+  }
+  return state.torque;
+}
+
+std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  std::vector<Index> vertex_at(data_->place_of_vertex.size());
+  for (std::size_t v = 0; v < vertex_at.size() && !state.surface_contacts.empty(); ++v) {
+    vertex_at[data_->place_of_vertex[v]] = static_cast<Index>(v);
+  }
+  const auto vector_of = [](const Vec3<float>& v) { return Eigen::Vector3f(v.x, v.y, v.z); };
+  std::vector<ToolContact> contacts;
+  for (std::size_t c = 0; c < state.surface_contacts.size(); ++c) {
+    const SurfaceContact& contact = state.surface_contacts[c];
+    const RememberedContact& force = state.remembered[c];
+    ToolContact& told = contacts.emplace_back();
+    told.vertices.fill(kInvalidIndex);
+    for (int k = 0; k < contact.feature.count(); ++k) {
+      told.vertices[k] = vertex_at[contact.feature.places[k]];
+    }
+    told.weights = contact.weights;
+    told.point = vector_of(contact.point);
+    told.normal = vector_of(contact.normal);
+    told.force = -vector_of(force.force * force.normal + force.friction);
+  }
+  return contacts;
 }
 
 Eigen::Vector3f Solver::tool_force(ToolId tool, Index copy) const {

@@ -55,6 +55,8 @@ struct StrandsRecord {
 };
 
 template <>
+inline constexpr auto kLast<ContactFeatures> = ContactFeatures::all;
+template <>
 inline constexpr auto kLast<ElasticModel> = ElasticModel::neo_hookean;
 template <>
 inline constexpr auto kLast<SolverMethod> = SolverMethod::explicit_steps;
@@ -369,7 +371,7 @@ void visit_members(Record& burner, Visit& visit) {
 template <RecordOf<Snapshot> Record, class Visit>
 void visit_members(Record& snapshot, Visit& visit) {
   auto& [positions, velocities, tool_poses, tissue, falling, roundings, past_substep, ways,
-         velocities_before, forces] = snapshot;
+         velocities_before, forces, contacts] = snapshot;  // tools have the last
   visit(positions, velocities, tool_poses, falling, roundings, past_substep, ways);
   visit(velocities_before, forces);
 }
@@ -383,11 +385,37 @@ void visit_members(Record& held, Visit& visit) {
   auto& [vertex, anchor, compliance, target, multiplier, color] = held;
   visit(vertex, anchor, compliance, target, multiplier, color);
 }
+template <RecordOf<HalfSpace> Record, class Visit>
+void visit_members(Record& half_space, Visit& visit) {
+  auto& [point, normal] = half_space;
+  visit(point, normal);
+}
+template <RecordOf<ToolSurface> Record, class Visit>
+void visit_members(Record& surface, Visit& visit) {
+  auto& [features, friction] = surface;
+  visit(features, friction);
+}
+template <RecordOf<ContactFeature> Record, class Visit>
+void visit_members(Record& feature, Visit& visit) {
+  auto& [places] = feature;
+  visit(places);
+}
+template <RecordOf<Vec3<float>> Record, class Visit>
+void visit_members(Record& vector, Visit& visit) {
+  auto& [x, y, z] = vector;
+  visit(x, y, z);
+}
+template <RecordOf<RememberedContact> Record, class Visit>
+void visit_members(Record& contact, Visit& visit) {
+  auto& [feature, normal, force, friction] = contact;
+  visit(feature, normal, force, friction);
+}
 // without what is of a substep
 template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {
-  auto& [capsules, pose, target, attachments, placed_capsules, contacts, force] = tool;
-  visit(capsules, pose, target, attachments, force);
+  auto& [capsules, half_spaces, pose, target, attachments, placed_before, placed, placed_capsules,
+         capsules_before, contacts, surface, surface_contacts, remembered, force, torque] = tool;
+  visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque);
 }
 template <RecordOf<StepReport> Record, class Visit>
 void visit_members(Record& report, Visit& visit) {

@@ -257,12 +257,14 @@ void World::remove_body(BodyId body) {
   data_->leaving.push_back(body);
 }
 
-ToolId World::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
+ToolId World::add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
+                       const ToolSurface& surface) {
   data_->make_solver();
-  return data_->solver->add_tool(capsules, pose);
+  return data_->solver->add_tool(capsules, pose, surface);
 }
-ToolId World::add_tool(std::initializer_list<Capsule> capsules, const ToolPose& pose) {
-  return add_tool(std::span<const Capsule>(capsules.begin(), capsules.size()), pose);
+ToolId World::add_tool(std::initializer_list<Capsule> capsules, const ToolPose& pose,
+                       const ToolSurface& surface) {
+  return add_tool(std::span<const Capsule>(capsules.begin(), capsules.size()), pose, surface);
 }
 
 void World::move(ToolId tool, const ToolPose& pose) {

@@ -216,7 +216,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   StepReport report;
   begin_tools(data);
   place_tools(data, 0.5F);
-  find_contacts(step, report);
+  find_contacts(step, substep, report);
   REQUIRE(report.contacts > 7);
   REQUIRE(report.dropped_contacts > 0);
   kernels.find_contacts(state, device.tools.arrays(), input, 0, launch);
@@ -267,7 +267,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
 
   // velocities, forces and the report
   const float scale = substep.inverse_dt_squared / 2;
-  collect_tool_forces(data, scale);
+  collect_tool_forces(step, scale);
   (displaces ? settle_vertices : update_velocities)(step, motion);
   report_vertices(data, data, report);
   report_constraints(data, data, report);
@@ -404,7 +404,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
     REQUIRE(same_points(device, data));
 
     place_tools(data, substep == 0 ? 0.5F : 1.0F);
-    find_contacts(step, report);
+    find_contacts(step, lengths, report);
     gather_holds(step);
     damp_rows(step, lengths.inverse_dt);
     if (has_tools) {
@@ -478,7 +478,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
       }
     }
     if (has_tools) {
-      collect_tool_forces(data, lengths.inverse_dt_squared / 2);
+      collect_tool_forces(step, lengths.inverse_dt_squared / 2);
       kernels.collect_forces(state, tools, input, launch);
     }
   }

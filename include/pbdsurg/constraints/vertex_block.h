@@ -326,7 +326,9 @@ struct VertexEnergy {
     add_square(stiffness, pull.gradient);
   }
 
- private:
+  /// Adds a stiffness along a direction to the Hessian alone.
+  /// @param stiffness  N/m of a unit direction
+  /// @param g          the direction
   PBDSURG_HOST_DEVICE void add_square(Scalar stiffness, const Vec3<Scalar>& g) {
     const Vec3<Scalar> s = stiffness * g;
     xx = xx + s.x * g.x;

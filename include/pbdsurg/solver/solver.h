@@ -5,6 +5,7 @@
 /// Steps a scene in time: the paper's algorithm 1, with contacts and grasped vertices.
 
 #include <Eigen/Core>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,16 @@
 
 namespace pbdsurg {
 
+/// What a snapshot has of a contact of a tool with a surface: from which side it came, and how it
+/// pushes. Steps go on from it.
+struct SnapshotContact {
+  ToolId tool;                    ///< that it touches
+  std::array<Index, 3> vertices;  ///< as ToolContact has them
+  Eigen::Vector3f normal;         ///< out of the tool
+  float force;                    ///< N, on the tissue, along the normal
+  Eigen::Vector3f friction;       ///< N, likewise, across it
+};
+
 /// The moving part of a copy's state. Restores only into a solver of the same tissue, into any of
 /// its copies, and only while the topology is what it was, or is so again by undo.
 struct Snapshot {
@@ -50,10 +61,13 @@ struct Snapshot {
   std::vector<Eigen::Vector3f> velocities_before{};  ///< [vertex_count] m/s, where it began
   /// [vertex_count] N, of Solver::set_forces(). Left out, there are none.
   std::vector<Eigen::Vector3f> forces{};
+  /// [n] Left out, tools meet all anew.
+  std::vector<SnapshotContact> contacts{};
 };
 
 class SolverData;
 class SolverCopy;
+struct ToolState;
 
 /// Bodies in motion.
 ///
@@ -292,13 +306,27 @@ class PBDSURG_API Solver {
   /// @name Tools
   /// @{
 
-  /// Adds an instrument to all copies. It pushes vertices out of its capsules, without friction.
-  /// Only vertices are tested: a capsule thinner than an edge can pass through a face.
+  /// Adds an instrument to all copies. It pushes out of its capsules what of tissue its surface
+  /// says: by default vertices alone, without friction, so a capsule thinner than an edge can pass
+  /// through a face. The first tool that meets edges and triangles has the surfaces of all bodies
+  /// found, in O(T log T) of their tetrahedra.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
-  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
-  /// positive,
-  ///                          or a pose that is not a rotation and a translation
-  ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose);
+  /// @throws InvalidArgument     naming the capsule that is not finite or whose radius is not
+  ///                             positive, or a pose that is not a rotation and a translation, or
+  ///                             friction out of range; for a surface of other than the default in
+  ///                             explicit steps
+  /// @throws BackendUnavailable  for such a surface on a device
+  ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
+                  const ToolSurface& surface = {});
+
+  /// Adds what no vertex goes below: a tool in all else.
+  /// @param half_space  in the tool's frame
+  /// @param friction    as in ToolSurface
+  /// @throws InvalidArgument     naming what of the half space is not finite or no unit, or as
+  ///                             above
+  /// @throws BackendUnavailable  on a device
+  ToolId add_half_space(const HalfSpace& half_space, float friction = 0,
+                        const ToolPose& pose = ToolPose::Identity());
 
   /// Moves a tool: it travels there evenly over the next step.
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool
@@ -326,6 +354,15 @@ class PBDSURG_API Solver {
   /// holds, averaged over the last step. Unfiltered and unclamped; vertices that are not finite add
   /// nothing.
   [[nodiscard]] Eigen::Vector3f tool_force(ToolId tool, Index copy = 0) const;
+
+  /// Torque of the same forces around the origin of the tool's frame, N m, averaged likewise.
+  /// @throws BackendUnavailable  on a device
+  [[nodiscard]] Eigen::Vector3f tool_torque(ToolId tool, Index copy = 0) const;
+
+  /// What touches a tool whose surface is not the default, in the last substep of the last step:
+  /// vertices, edges and triangles, each in ascending order of the solver's places. Those within a
+  /// quarter of a radius without a force are among them. Empty for other tools.
+  [[nodiscard]] std::vector<ToolContact> tool_contacts(ToolId tool, Index copy = 0) const;
 
   /// @}
 
@@ -365,6 +402,8 @@ class PBDSURG_API Solver {
   /// @}
 
  private:
+  ToolId add(ToolState tool);
+
   friend class Compaction;  // which exchanges the data
   friend class SolverCopy;  // which copies it
   friend SolverData& solver_data(Solver& solver);

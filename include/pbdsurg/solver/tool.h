@@ -2,12 +2,16 @@
 #pragma once
 
 /// @file
-/// Instruments as the solver sees them: rigid sets of capsules that push vertices away.
+/// Instruments as the solver sees them: rigid sets of capsules that push tissue away.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
+
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 
@@ -16,6 +20,35 @@ struct Capsule {
   Eigen::Vector3f start{0, 0, 0};  ///< m
   Eigen::Vector3f end{0, 0, 0};    ///< m
   float radius = 0;                ///< m, positive
+};
+
+/// All that lies below a plane: a table, the wall of the abdomen.
+struct HalfSpace {
+  Eigen::Vector3f point{0, 0, 0};   ///< m, of the plane, in the tool's frame
+  Eigen::Vector3f normal{0, 0, 1};  ///< unit, out of it
+};
+
+/// What of tissue meets a tool.
+enum class ContactFeatures : std::uint8_t {
+  vertices,  ///< alone: a capsule thinner than an edge can pass through a face
+  all,       ///< vertices, and edges and triangles of surfaces between them
+};
+
+/// How a tool's surface meets tissue. By default it is smooth, and only vertices meet it. Anything
+/// else is of solvers on a host that take no explicit steps.
+struct ToolSurface {
+  ContactFeatures features = ContactFeatures::vertices;  ///< what it pushes
+  float friction = 0;  ///< Coulomb's coefficient, >= 0, at rest and sliding
+};
+
+/// Tissue that pushes a tool, at one point.
+struct ToolContact {
+  std::array<Index, 3> vertices;  ///< scene vertices: one, the two of an edge, or the three of a
+                                  ///< triangle; kInvalidIndex behind them
+  std::array<float, 3> weights;   ///< of these at the point; their sum is one
+  Eigen::Vector3f point;          ///< m, of the tissue, in the scene
+  Eigen::Vector3f normal;         ///< out of the tool
+  Eigen::Vector3f force;          ///< N, on the tool, with friction
 };
 
 /// Where a tool is: rotation, then translation, from the tool's frame to the world, in m.

@@ -282,10 +282,11 @@ class PBDSURG_API World {
 
   /// Of the solver's add_tool().
   /// @param capsules  [n] in the tool's frame, whose origin is its tip
-  ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose = ToolPose::Identity());
+  ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose = ToolPose::Identity(),
+                  const ToolSurface& surface = {});
   /// Likewise.
   ToolId add_tool(std::initializer_list<Capsule> capsules,
-                  const ToolPose& pose = ToolPose::Identity());
+                  const ToolPose& pose = ToolPose::Identity(), const ToolSurface& surface = {});
   /// As Solver::move_tool(): it travels there in the next step.
   void move(ToolId tool, const ToolPose& pose);
   /// As Solver::grasp().

@@ -9,6 +9,7 @@
 #include "pbdsurg/constraints/contact.h"
 
 #include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
@@ -186,6 +187,7 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
       break;
     case PhaseKind::contact:
       project_contacts(step, phase.color);
+      answer_surface_contacts(step, phase.color, substep);
       break;
   }
 }

@@ -10,6 +10,7 @@
 #include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -69,14 +70,17 @@ class SerialStep {
         });
         break;
       case StepOperation::find_contacts:
-        place_tools(step_.copy, part_.done_after(substep));
-        find_contacts(step_, report_);
+        place_tools(step_.copy, part_.done_after(substep), part_.done_after(substep - 1));
+        find_contacts(step_, numbers_.lengths, report_);
         break;
       case StepOperation::gather_holds:
         gather_holds(step_);
         break;
       case StepOperation::damp_rows:
         damp_rows(step_, numbers_.lengths.inverse_dt);
+        break;
+      case StepOperation::meet_surfaces:
+        begin_surface_contacts(step_, vertex_state(step_, numbers_.lengths, 1));
         break;
       case StepOperation::begin_joints:
         begin_joints();
@@ -96,6 +100,7 @@ class SerialStep {
         if (has_holds_to_settle(step_)) {
           settle_holds(step_, vertex_state(step_, numbers_.lengths, 1));
         }
+        settle_surface_contacts(step_);
         break;
       case StepOperation::keep_momentum:
         for (Index piece = 0; piece < step_.data.free_pieces.count(); ++piece) {
@@ -103,8 +108,9 @@ class SerialStep {
         }
         break;
       case StepOperation::collect_forces:
-        collect_tool_forces(step_.copy,
+        collect_tool_forces(step_,
                             part_.force_per_multiplier(numbers_.lengths.inverse_dt_squared));
+        remember_contacts(step_, numbers_.lengths);
         break;
       case StepOperation::update_velocities:
         update_velocities(step_, numbers_.motion);

@@ -21,6 +21,7 @@
 #include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -346,8 +347,8 @@ class ThreadedBackend final : public Backend {
       case StepOperation::find_contacts:
         meet(turn);
         if (thread == 0) {
-          place_tools(step.copy, part.done_after(substep));
-          find_contacts(step, turn.report);
+          place_tools(step.copy, part.done_after(substep), part.done_after(substep - 1));
+          find_contacts(step, lengths, turn.report);
         }
         break;
       case StepOperation::gather_holds:
@@ -357,6 +358,14 @@ class ThreadedBackend final : public Backend {
         break;
       case StepOperation::damp_rows:  // all have met since the prediction: see find_contacts
         damp_rows(turn);
+        break;
+      case StepOperation::meet_surfaces:  // few contacts, of rows that all have damped
+        if (meets_surfaces(step)) {
+          meet(turn);
+          if (thread == 0) {
+            begin_surface_contacts(step, vertex_state(step, lengths, 1));
+          }
+        }
         break;
       case StepOperation::begin_joints:
         begin_joints(vertex_state(step, lengths, 1), turn);
@@ -380,9 +389,12 @@ class ThreadedBackend final : public Backend {
         push_vertices(vertex_state(step, lengths, 1), turn);
         break;
       case StepOperation::settle_holds:  // few: all have met since the sweeps
-        if (has_holds_to_settle(step)) {
+        if (has_holds_to_settle(step) || meets_surfaces(step)) {
           if (thread == 0) {
-            settle_holds(step, vertex_state(step, lengths, 1));
+            if (has_holds_to_settle(step)) {
+              settle_holds(step, vertex_state(step, lengths, 1));
+            }
+            settle_surface_contacts(step);
           }
           meet(turn);
         }
@@ -392,7 +404,8 @@ class ThreadedBackend final : public Backend {
         break;
       case StepOperation::collect_forces:  // of thread 0, too
         if (thread == 0) {
-          collect_tool_forces(step.copy, part.force_per_multiplier(lengths.inverse_dt_squared));
+          collect_tool_forces(step, part.force_per_multiplier(lengths.inverse_dt_squared));
+          remember_contacts(step, lengths);
         }
         break;
       case StepOperation::update_velocities:
@@ -421,7 +434,9 @@ class ThreadedBackend final : public Backend {
   // Few: the first thread does it, while the others wait.
   void ease(Turn& turn) {
     if (std::ranges::all_of(turn.step.copy.tools,
-                            [](const ToolState& tool) { return tool.contacts.empty(); })) {
+                            [](const ToolState& tool) {
+                              return tool.contacts.empty() && tool.surface_contacts.empty();
+                            })) {
       return;
     }
     meet(turn);

@@ -2,6 +2,7 @@
 #include "lib/solver/methods/contact_stage.h"
 
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
@@ -12,12 +13,27 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   if (fraction >= 1) {
     return to;
   }
+  if (!(fraction > 0)) {
+    return from;
+  }
   ToolPose pose = ToolPose::Identity();
   pose.translation() = from.translation() + fraction * (to.translation() - from.translation());
   pose.linear() = Eigen::Quaternionf(from.linear())
                       .slerp(fraction, Eigen::Quaternionf(to.linear()))
                       .toRotationMatrix();
   return pose;
+}
+
+void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
+                    std::vector<Capsule>& placed) {
+  placed.clear();
+  for (const Capsule& capsule : capsules) {
+    placed.push_back({pose * capsule.start, pose * capsule.end, capsule.radius});
+  }
+}
+
+Eigen::Vector3f vector_of(const Vec3<float>& v) {
+  return {v.x, v.y, v.z};
 }
 
 PlacedCapsule placed(const Capsule& capsule) {
@@ -62,29 +78,38 @@ ContactBox contact_box(const std::vector<Capsule>& placed_capsules) {
 void begin_tools(CopyState& copy) {
   for (ToolState& tool : copy.tools) {
     tool.force.setZero();
+    tool.torque.setZero();
   }
 }
 
-void place_tools(CopyState& copy, float fraction) {
+void place_tools(CopyState& copy, float fraction, float before) {
   for (ToolState& tool : copy.tools) {
+    if (tool.has_surface()) {
+      tool.placed_before = interpolate(tool.pose, tool.target, before);
+      place_capsules(tool.capsules, tool.placed_before, tool.capsules_before);
+    }
     const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
     for (Attachment& attachment : tool.attachments) {
       attachment.target = pose * attachment.anchor;
       attachment.multiplier.setZero();
     }
-    tool.placed_capsules.clear();
-    for (const Capsule& capsule : tool.capsules) {
-      tool.placed_capsules.push_back({pose * capsule.start, pose * capsule.end, capsule.radius});
-    }
+    tool.placed = pose;
+    place_capsules(tool.capsules, pose, tool.placed_capsules);
   }
 }
 
-void find_contacts(const StepContext& step, StepReport& report) {
+void find_contacts(const StepContext& step, const Substep<float>& lengths, StepReport& report) {
   const MovingVertices vertices = moving_vertices(step);
   report.contacts = 0;
   for (ToolState& tool : step.copy.tools) {
     tool.contacts.clear();
-    if (tool.capsules.empty() || !tool.attachments.empty()) {
+    tool.surface_contacts.clear();
+    if (!tool.attachments.empty() || (tool.capsules.empty() && tool.half_spaces.empty())) {
+      continue;
+    }
+    if (tool.has_surface()) {
+      find_surface_contacts(step, tool, lengths, report);
+      report.contacts += static_cast<Index>(tool.surface_contacts.size());
       continue;
     }
     find_contacts_of(vertices, static_cast<Index>(step.copy.particles.size()), tool.placed_capsules,
@@ -94,20 +119,35 @@ void find_contacts(const StepContext& step, StepReport& report) {
   }
 }
 
-void collect_tool_forces(CopyState& copy, float force_per_multiplier) {
-  force_per_multiplier *= copy.factors.stiffness;  // see substep_numbers()
-  const auto add = [](ToolState& tool, const Eigen::Vector3f& force) {
-    if (force.allFinite()) {  // a vertex that is lost has none
-      tool.force -= force;
-    }
-  };
-  for (ToolState& tool : copy.tools) {
+void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
+  // see substep_numbers()
+  const float scale = force_per_multiplier * step.copy.factors.stiffness;
+  const MovingVertices vertices = moving_vertices(step);
+  for (ToolState& tool : step.copy.tools) {
+    const Eigen::Vector3f origin = tool.placed.translation();
+    const auto add = [&](const Eigen::Vector3f& force, const Eigen::Vector3f& point) {
+      if (force.allFinite() && point.allFinite()) {  // a vertex that is lost has none
+        tool.force -= force;
+        tool.torque -= (point - origin).cross(force);
+      }
+    };
     for (const Contact& contact : tool.contacts) {
-      add(tool, (force_per_multiplier * contact.multiplier) * contact.normal);
+      add((scale * contact.multiplier) * contact.normal,
+          vector_of(vertices.position(contact.place)));
+    }
+    for (const SurfaceContact& contact : tool.surface_contacts) {
+      add(scale * vector_of(contact.multiplier * contact.normal + contact.friction),
+          vector_of(contact.point));
     }
     for (const Attachment& attachment : tool.attachments) {
-      add(tool, force_per_multiplier * attachment.multiplier);
+      add(scale * attachment.multiplier, attachment.target);
     }
+  }
+}
+
+void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
+  for (ToolState& tool : step.copy.tools) {
+    remember_contacts(tool, lengths.inverse_dt_squared);
   }
 }
 

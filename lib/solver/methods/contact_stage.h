@@ -5,6 +5,7 @@
 /// Tools within a step: where they are in each substep, what they touch, what pushes back.
 
 #include "pbdsurg/base/export.h"
+#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/step_report.h"
 
 #include "lib/solver/methods/contact_geometry.h"
@@ -18,18 +19,26 @@ void begin_tools(CopyState& copy);
 
 /// Puts capsules and the targets of grasped vertices where the tools are at a fraction (0, 1] of
 /// the step, and clears multipliers.
-PBDSURG_API void place_tools(CopyState& copy, float fraction);
+/// @param before  where they were at the substep's start, which those that meet surfaces want
+PBDSURG_API void place_tools(CopyState& copy, float fraction, float before = 0);
 
 /// What holds all that touches a tool.
 [[nodiscard]] PBDSURG_API ContactBox contact_box(const std::vector<Capsule>& placed_capsules);
 
-/// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
-/// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).
-void find_contacts(const StepContext& step, StepReport& report);
+/// Finds what each tool touches, at most the contact capacity: of surfaces, see
+/// find_surface_contacts(); of others the vertices near their capsules, the deepest for each, in
+/// ascending order of places. Cost: O(vertices * capsules).
+/// @param lengths  of the substep
+void find_contacts(const StepContext& step, const Substep<float>& lengths, StepReport& report);
 
-/// Adds the substep's share of the multipliers to the tools' forces, those that are finite.
+/// Adds the substep's share of the multipliers to the tools' forces and torques, those that are
+/// finite.
 /// @param force_per_multiplier  1/s^2
-void collect_tool_forces(CopyState& copy, float force_per_multiplier);
+PBDSURG_API void collect_tool_forces(const StepContext& step, float force_per_multiplier);
+
+/// Keeps what the next substep has to know of contacts.
+/// @param lengths  of this substep
+void remember_contacts(const StepContext& step, const Substep<float>& lengths);
 
 /// Makes the targets of this step the poses of the next.
 PBDSURG_API void end_tools(CopyState& copy);

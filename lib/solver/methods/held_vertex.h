@@ -6,6 +6,7 @@
 
 #include "pbdsurg/base/types.h"
 
+#include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/load_store.h"
@@ -22,7 +23,7 @@ class HeldVertex {
   template <class Visit>
   void for_each_grasp(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
-      if (!hold.is_contact) {
+      if (hold.kind == HoldKind::grasp) {
         Attachment& attachment = tool.attachments[hold.entry];
         visit(Grasp{attachment, position_, step_.copy.grasp_compliance(attachment)});
       }
@@ -32,8 +33,18 @@ class HeldVertex {
   template <class Visit>
   void for_each_contact(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
-      if (hold.is_contact) {
+      if (hold.kind == HoldKind::contact) {
         visit(Touch{tool.contacts[hold.entry], position_});
+      }
+    });
+  }
+
+  /// Adds the surface contacts of the vertex to its energy.
+  void add_surface_contacts(float inverse_dt_squared, VertexEnergy<float>& energy) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (hold.kind == HoldKind::surface_contact) {
+        add_surface_contact(step_, tool.surface_contacts[hold.entry], hold.corner,
+                            tool.surface.friction, inverse_dt_squared, energy);
       }
     });
   }

@@ -172,23 +172,30 @@ void gather_holds(const StepContext& step) {
   drop_holds(step);
   StepScratch& scratch = step.scratch;
   const VertexBlocks& blocks = step.data.vertex_blocks;
-  const auto add = [&](Index place, std::size_t tool, std::size_t entry, bool is_contact) {
+  const auto add = [&](Index place, std::size_t tool, std::size_t entry, HoldKind kind,
+                       int corner = 0) {
     const Index block = blocks.place_of(place).block;
     if (block == kInvalidIndex) {
       return;  // fixed, and so no tool's business
     }
     scratch.held[block] |= blocks.lanes_of(place);
     scratch.holds.push_back({place, scratch.first_holds[place], static_cast<Index>(tool),
-                             static_cast<Index>(entry), is_contact});
+                             static_cast<Index>(entry), kind, corner});
     scratch.first_holds[place] = static_cast<Index>(scratch.holds.size()) - 1;
   };
   for (std::size_t t = 0; t < step.copy.tools.size(); ++t) {
     const ToolState& tool = step.copy.tools[t];
     for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
-      add(step.data.place_of_vertex[tool.attachments[a].vertex], t, a, false);
+      add(step.data.place_of_vertex[tool.attachments[a].vertex], t, a, HoldKind::grasp);
     }
     for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
-      add(tool.contacts[c].place, t, c, true);
+      add(tool.contacts[c].place, t, c, HoldKind::contact);
+    }
+    for (std::size_t c = 0; c < tool.surface_contacts.size(); ++c) {
+      const ContactFeature& feature = tool.surface_contacts[c].feature;
+      for (int corner = 0; corner < feature.count(); ++corner) {
+        add(feature.places[corner], t, c, HoldKind::surface_contact, corner);
+      }
     }
   }
 }
@@ -241,11 +248,13 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
       start.isotropic = start.isotropic + state.guards[block_index].stiffness[lane];
     }
     const float relaxation = state.relaxation < flight.w ? state.relaxation : flight.w;
-    const auto solve = [&](const VertexEnergy<float>& energy) {
-      return first_holds[v] == kInvalidIndex
-                 ? relaxation * VertexFactor<float>(energy).solve(energy.force)
-                 : move_held(HeldVertex(step, {load(at(state.bases, corner)), u}, first_holds[v]),
-                             energy, 1 / state.inverse_dt_squared);
+    const auto solve = [&](VertexEnergy<float> energy) {
+      if (first_holds[v] == kInvalidIndex) {
+        return relaxation * VertexFactor<float>(energy).solve(energy.force);
+      }
+      const HeldVertex held(step, {load(at(state.bases, corner)), u}, first_holds[v]);
+      held.add_surface_contacts(state.inverse_dt_squared, energy);
+      return move_held(held, energy, 1 / state.inverse_dt_squared);
     };
     const Vec3<float> moved =
         u + move_vertex(rows, is_lost(point) ? VertexBlock{} : block, access, start, solve);

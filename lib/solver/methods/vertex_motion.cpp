@@ -195,17 +195,26 @@ void keep_past(const StepContext& step, Index first, Index last) {
 }
 
 void ease_contacts(CopyState& copy, float h) {
+  const auto ease = [&](Index place, const Vec3<float>& normal) {
+    Velocity& velocity = copy.velocities[place];
+    Velocity& before = copy.velocities_before[place];
+    const Pushed<float> now =
+        eased({load(velocity), load(before)}, normal, load(copy.ways[place]), 1 / h);
+    velocity = {now.velocity.x, now.velocity.y, now.velocity.z};
+    before = {now.velocity_before.x, now.velocity_before.y, now.velocity_before.z};
+  };
   for (const ToolState& tool : copy.tools) {
     for (const Contact& contact : tool.contacts) {
-      if (!(contact.multiplier > 0)) {
-        continue;
+      if (contact.multiplier > 0) {
+        ease(contact.place, load(contact.normal));
       }
-      Velocity& velocity = copy.velocities[contact.place];
-      Velocity& before = copy.velocities_before[contact.place];
-      const Pushed<float> now = eased({load(velocity), load(before)}, load(contact.normal),
-                                      load(copy.ways[contact.place]), 1 / h);
-      velocity = {now.velocity.x, now.velocity.y, now.velocity.z};
-      before = {now.velocity_before.x, now.velocity_before.y, now.velocity_before.z};
+    }
+    for (const SurfaceContact& contact : tool.surface_contacts) {
+      for (int k = 0; k < contact.feature.count() && contact.multiplier > 0; ++k) {
+        if (copy.particles[contact.feature.places[k]].w > 0) {
+          ease(contact.feature.places[k], contact.normal);
+        }
+      }
     }
   }
 }

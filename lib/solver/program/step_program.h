@@ -26,10 +26,12 @@ enum class StepOperation : std::uint8_t {
   find_contacts,          ///< moves the tools, and finds the vertices that they touch
   gather_holds,           ///< finds what tools do to each vertex
   damp_rows,              ///< gives the rows of vertices this substep's damping
+  meet_surfaces,          ///< finds how stiffly vertices meet the surfaces of tools
   begin_joints,           ///< finds the forces of stiff links and of custom constraints
   sweep,                  ///< all sweeps of all phases; a coarse correction after the first
   push,               ///< of explicit steps: vertices follow the forces of the start, all at once
-  settle_holds,       ///< what tools touch or hold answers what stiff links did last
+  settle_holds,       ///< what tools touch or hold answers what stiff links did last, and leaves
+                      ///< their surfaces
   keep_momentum,      ///< of pieces that nothing holds: see momentum.h
   collect_forces,     ///< adds what pushed back to the forces of tools
   update_velocities,  ///< from the way of the substep

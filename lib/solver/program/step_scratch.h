@@ -51,13 +51,16 @@ class MultiplierStore {
   std::tuple<Groups<Constraints>...> groups_;
 };
 
-/// A tool's contact or grasp at a vertex.
+enum class HoldKind : std::uint8_t { grasp, contact, surface_contact };
+
+/// What a tool does at a vertex.
 struct VertexHold {
   Index place;  ///< of the vertex, see SolverState
   Index next;   ///< at the same vertex, or kInvalidIndex
   Index tool;
-  Index entry;  ///< of its attachments or contacts
-  bool is_contact;
+  Index entry;  ///< of its attachments, contacts or surface contacts
+  HoldKind kind;
+  int corner = 0;  ///< of a surface contact
 };
 
 /// Of one worker: who steps copies at the same time has one each. Nothing in it outlives a step.

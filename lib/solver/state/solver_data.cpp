@@ -78,9 +78,10 @@ int most_substeps(const SolverOptions& options) noexcept {
 
 struct SolverData::Followers {
   explicit Followers(SolverData& data)
-      : state(data), sets(data.sets), vertices(data), program(data, state) {}
+      : state(data), surface(data.surface), sets(data.sets), vertices(data), program(data, state) {}
 
   StateFollower state;
+  TissueSurface& surface;
   ConstraintSets& sets;
   VertexFollower vertices;
   ProgramFollower program;
@@ -88,7 +89,7 @@ struct SolverData::Followers {
   // In their order.
   template <class Visit>
   void for_each(Visit visit) {
-    visit(state), visit(sets), visit(vertices), visit(program);
+    visit(state), visit(surface), visit(sets), visit(vertices), visit(program);
   }
 };
 
@@ -116,6 +117,7 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 
 void SolverData::start_step(float dt) {
   custom.begin_step(*this);
+  surface.refresh();
   free_pieces.refresh(*tissue, place_of_vertex);
   SubstepRule rule = rule_of_copies();
   if (is_explicit(options)) {
@@ -182,7 +184,12 @@ void SolverData::rebuild_plan() {
   for (Index set = 0; set < custom.count(); ++set) {
     plan.phases.push_back({PhaseKind::custom, set});
   }
-  if (by_vertices) {  // tools act within it
+  if (by_vertices) {  // tools act within it, but for what surfaces answer after a sweep
+    for (std::size_t tool = 0; tool < tools.size(); ++tool) {
+      if (tools[tool].has_surface()) {
+        plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+      }
+    }
     return;
   }
   // what a copy does not need does nothing there
@@ -197,7 +204,7 @@ void SolverData::rebuild_plan() {
     bool pushes = false;
     for (Index i = 0; i < copy_count() && !pushes; ++i) {
       const ToolState& state = copy(i).tools[tool];
-      pushes = !state.capsules.empty() && state.attachments.empty();
+      pushes = (!state.capsules.empty() || !state.half_spaces.empty()) && state.attachments.empty();
     }
     if (pushes) {
       plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
@@ -215,7 +222,7 @@ void SolverData::reserve_spare_room() {
 std::size_t SolverData::memory_bytes() const noexcept {
   return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
          coarse_space.memory_bytes() + free_pieces.memory_bytes() + stable_substep.memory_bytes() +
-         custom.memory_bytes() + step_scratch.memory_bytes() +
+         custom.memory_bytes() + surface.memory_bytes() + step_scratch.memory_bytes() +
          plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
          followers_->vertices.memory_bytes() + backend->memory_bytes() +
          (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);

@@ -20,6 +20,7 @@
 #include "lib/solver/sets/constraint_sets.h"
 #include "lib/solver/state/custom_sets.h"
 #include "lib/solver/state/solver_state.h"
+#include "lib/solver/state/tissue_surface.h"
 
 namespace pbdsurg {
 
@@ -47,6 +48,7 @@ class SolverData : public SolverState {
   FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
   StableSubstep stable_substep;  ///< of explicit steps, else empty
   CustomSets custom;             ///< on a host
+  TissueSurface surface{place_of_vertex};  ///< once a tool meets it
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
 

@@ -207,7 +207,12 @@ void SolverState::forget_releases(Index index, Index tool) {
 
 void SolverState::reserve_tool(ToolState& tool) const {
   tool.placed_capsules.reserve(tool.capsules.size());
-  if (!backend->keeps_state()) {
+  if (tool.has_surface()) {
+    const auto most = static_cast<std::size_t>(options.contact_capacity);
+    tool.capsules_before.reserve(tool.capsules.size());
+    tool.surface_contacts.reserve(most);
+    tool.remembered.reserve(most);
+  } else if (!backend->keeps_state()) {
     tool.contacts.reserve(
         std::min(particles.size(), static_cast<std::size_t>(options.contact_capacity)));
   }
@@ -234,7 +239,8 @@ std::size_t CopyState::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(particles, velocities, carries, ways, velocities_before, forces, watched_positions);
   for (const ToolState& tool : tools) {
-    bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
+    bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
+                      tool.contacts, tool.surface_contacts, tool.remembered);
   }
   return bytes;
 }

@@ -10,6 +10,8 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/tool.h"
 
+#include "lib/solver/state/surface_contact.h"
+
 namespace pbdsurg {
 
 /// A vertex held by a tool.
@@ -32,12 +34,25 @@ struct Contact {
 
 struct ToolState {
   std::vector<Capsule> capsules;
+  std::vector<HalfSpace> half_spaces{};
   ToolPose pose;    ///< at the end of the last step
   ToolPose target;  ///< at the end of the next step
   std::vector<Attachment> attachments;
-  std::vector<Capsule> placed_capsules;  ///< in the world, of the current substep
+  ToolPose placed_before = ToolPose::Identity();  ///< at the start of the current substep
+  ToolPose placed = ToolPose::Identity();         ///< at its end
+  std::vector<Capsule> placed_capsules;    ///< in the world, likewise
+  std::vector<Capsule> capsules_before;  ///< at its start, of tools that meet surfaces
   std::vector<Contact> contacts;         ///< of the current substep, ascending by place
-  Eigen::Vector3f force{0, 0, 0};        ///< N, on the tool
+  ToolSurface surface{};
+  std::vector<SurfaceContact> surface_contacts;  ///< likewise, in the order of features
+  std::vector<RememberedContact> remembered;     ///< in the order of features
+  Eigen::Vector3f force{0, 0, 0};                ///< N, on the tool
+  Eigen::Vector3f torque{0, 0, 0};               ///< N m, around its origin
+
+  /// Whether it meets surfaces, else vertices alone, without friction.
+  [[nodiscard]] bool has_surface() const noexcept {
+    return surface.features == ContactFeatures::all || surface.friction > 0 || !half_spaces.empty();
+  }
 };
 
 }  // namespace pbdsurg

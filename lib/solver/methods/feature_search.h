@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Which vertices, edges and triangles a tool meets in a substep, and where.
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/solver/step_report.h"
+
+#include "lib/solver/program/step_scratch.h"
+#include "lib/solver/state/tool_state.h"
+
+namespace pbdsurg {
+
+/// Finds the contacts of one tool: every vertex, edge and triangle that is within a quarter of a
+/// capsule's radius of it where the substep ends, and all that it has gone through on its way. An
+/// edge is met where it is nearest to the axis, but not at its ends; a triangle where an end of the
+/// axis is straight above it, or the axis pierces it; so each place of touch belongs to one of
+/// them. A feature stays on the side where the tool met it first, for as long as they are near.
+///
+/// Cost: O(vertices + triangles), and O(n log n) of n near ones.
+/// @param tool     placed at the end of the substep and, in `capsules_before`, at its start
+/// @param lengths  of the substep
+void find_surface_contacts(const StepContext& step, ToolState& tool, const Substep<float>& lengths,
+                           StepReport& report);
+
+/// Keeps what the next substep has to know.
+/// @param inverse_dt_squared  1/s^2, of this substep
+void remember_contacts(ToolState& tool, float inverse_dt_squared);
+
+}  // namespace pbdsurg

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How vertices, edges and triangles answer a tool in a substep. Projections move their corners out
+/// of the tool by their masses. Vertex blocks meet a spring at each corner, whose force a multiplier
+/// takes over after each sweep (augmented Lagrangian, Hestenes 1969, Powell 1969): with the gap C,
+/// the slip s along the tool, and the stiffness k,
+///
+///     lambda = max(0, lambda - k C)         friction = friction - k s, no longer than mu lambda
+///
+/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0. What the
+/// last sweep leaves of C < 0, corners are moved out of by their masses.
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/vertex_block.h"
+
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/program/step_scratch.h"
+#include "lib/solver/state/tool_state.h"
+
+namespace pbdsurg {
+
+/// Whether a tool meets surfaces: see ToolState::has_surface().
+[[nodiscard]] bool meets_surfaces(const StepContext& step) noexcept;
+
+/// Of vertex blocks, once it is known what holds each vertex: how stiffly contacts are met.
+void begin_surface_contacts(const StepContext& step, const VertexState& state);
+
+/// What a contact does at a corner that moves, of vertex blocks.
+/// @param corner  of the contact
+void add_surface_contact(const StepContext& step, const SurfaceContact& contact, int corner,
+                         float friction, float inverse_dt_squared, VertexEnergy<float>& energy);
+
+/// The phase of a tool's contacts, at the end of a sweep: projects them; of vertex blocks, takes
+/// over their forces.
+void answer_surface_contacts(const StepContext& step, Index tool, const Substep<float>& lengths);
+
+/// After all sweeps of vertex blocks: moves what is still inside of tools out of them.
+void settle_surface_contacts(const StepContext& step);
+
+}  // namespace pbdsurg

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What of tissue meets a tool: a vertex, an edge or a triangle, which stands as a plane for the
+/// rest of a substep.
+
+#include <algorithm>
+#include <array>
+#include <compare>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+
+namespace pbdsurg {
+
+/// Places of a vertex, an edge or a triangle, ascending, and kInvalidIndex behind them: its slot in
+/// all lists of contacts, which are in the order of these.
+struct ContactFeature {
+  std::array<Index, 3> places{kInvalidIndex, kInvalidIndex, kInvalidIndex};
+
+  [[nodiscard]] int count() const noexcept {
+    return places[1] == kInvalidIndex ? 1 : (places[2] == kInvalidIndex ? 2 : 3);
+  }
+  auto operator<=>(const ContactFeature& other) const noexcept = default;
+};
+
+/// A feature near a capsule. It keeps
+///
+///     C = normal . sum(weights * u) - offset >= 0    m
+///
+/// with u the displacements of its corners since the start of the substep, in fraction mode their
+/// positions. Its gradient at a corner is weight * normal: where the feature is nearest to the
+/// capsule, what the weights themselves change adds nothing to first order.
+struct SurfaceContact {
+  ContactFeature feature;
+  std::array<float, 3> weights{};  ///< of its corners at the point that touches; zero behind them
+  Vec3<float> normal;              ///< out of the tool
+  float offset = 0;                ///< m
+  Vec3<float> point;               ///< m, in the scene, of the tool's surface
+  /// m: sum(weights * u) of tissue that sticks to the tool
+  Vec3<float> drift;
+  float multiplier = 0;   ///< kg m
+  Vec3<float> friction;   ///< kg m, multipliers along the tool's surface
+  float stiffness = 0;    ///< N/m, with which vertex blocks meet it
+};
+
+/// What a substep leaves to the next of a contact.
+struct RememberedContact {
+  ContactFeature feature;
+  Vec3<float> normal;    ///< out of the tool: the side on which the feature is
+  float force = 0;       ///< N, along it
+  Vec3<float> friction;  ///< N
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/state/tissue_surface.h"
+
+#include <algorithm>
+
+namespace pbdsurg {
+
+void TissueSurface::begin(const Tissue& tissue) {
+  if (has_begun_) {
+    return;
+  }
+  add_bodies(tissue);
+  follows_last_edit_ = false;
+  has_begun_ = true;
+  refresh();
+}
+
+void TissueSurface::add_bodies(const Tissue& tissue) {
+  for (auto body = static_cast<Index>(surfaces_.size());
+       body < static_cast<Index>(tissue.bodies().size()); ++body) {
+    surfaces_.push_back(std::make_unique<Surface>(tissue, body));
+  }
+}
+
+void TissueSurface::refresh() {
+  for (const std::unique_ptr<Surface>& surface : surfaces_) {
+    const LiveSurface& live = surface->live;
+    if (surface->seen_version == live.version()) {
+      continue;
+    }
+    live.collect_changes(surface->seen_version, ranges_);
+    surface->seen_version = live.version();
+    surface->triangles.resize(static_cast<std::size_t>(live.slot_count()));
+    for (const SlotRange& range : ranges_) {
+      for (Index slot = range.first; slot < range.end; ++slot) {
+        const bool is_empty = live.origins()[slot].tet == kInvalidIndex;
+        std::ranges::transform(
+            live.triangles()[slot], surface->triangles[slot].begin(),
+            [&](Index v) { return is_empty ? kInvalidIndex : place_of_vertex_[v]; });
+      }
+    }
+  }
+}
+
+Index TissueSurface::triangle_count() const noexcept {
+  Index count = 0;
+  for_each_triangle([&](const PlaceTriangle&) { ++count; });
+  return count;
+}
+
+std::size_t TissueSurface::memory_bytes() const noexcept {
+  std::size_t bytes = ranges_.capacity() * sizeof(SlotRange);
+  for (const std::unique_ptr<Surface>& surface : surfaces_) {
+    bytes += sizeof(Surface) + surface->triangles.capacity() * sizeof(PlaceTriangle);
+  }
+  return bytes;
+}
+
+void TissueSurface::follow(const Tissue& tissue, const TissueChange& change) noexcept {
+  if (!has_begun_) {
+    return;
+  }
+  for (const std::unique_ptr<Surface>& surface : surfaces_) {
+    surface->live.follow(tissue, change);
+  }
+  add_bodies(tissue);
+  follows_last_edit_ = true;
+}
+
+void TissueSurface::undo(const Tissue& tissue, const TissueChange& change) noexcept {
+  if (!has_begun_) {
+    return;
+  }
+  if (!follows_last_edit_) {  // it came after that edit
+    surfaces_.clear();
+    has_begun_ = false;
+    begin(tissue);
+    return;
+  }
+  surfaces_.resize(tissue.bodies().size());
+  for (const std::unique_ptr<Surface>& surface : surfaces_) {
+    surface->live.undo(tissue, change);
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The triangles that tools may meet.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/tissue/follower.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_surface.h"
+
+namespace pbdsurg {
+
+/// The surfaces of all bodies, by places of the state. Nothing, and at no cost, until a tool asks
+/// for them.
+class TissueSurface final : public Follower {
+ public:
+  /// Places of corners; kInvalidIndex of a slot without a triangle.
+  using PlaceTriangle = std::array<Index, 3>;
+
+  /// @param place_of_vertex  [vertex_count] of the solver, as it is whenever refresh() is called
+  explicit TissueSurface(const std::vector<Index>& place_of_vertex)
+      : place_of_vertex_(place_of_vertex) {}
+
+  /// From here on it is there. Cost: O(T log T) in tetrahedra; nothing, if it was.
+  void begin(const Tissue& tissue);
+  [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
+
+  /// Takes what edits have changed since. Cost: proportional to that.
+  void refresh();
+
+  /// Triangles of all bodies, as of the last refresh().
+  [[nodiscard]] Index triangle_count() const noexcept;
+
+  /// Calls visit(triangle) in the order of bodies and slots; a sheet's come once a side.
+  template <class Visit>
+  void for_each_triangle(const Visit& visit) const {
+    for (const std::unique_ptr<Surface>& surface : surfaces_) {
+      for (const PlaceTriangle& triangle : surface->triangles) {
+        if (triangle[0] != kInvalidIndex) {
+          visit(triangle);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void renumber(const Tissue&, const Renumbering&) noexcept override {}
+
+ private:
+  struct Surface {
+    Surface(const Tissue& tissue, Index body) : live(tissue, body) {}
+    LiveSurface live;
+    std::uint64_t seen_version = 0;
+    std::vector<PlaceTriangle> triangles{};  // [slot]
+  };
+
+  void add_bodies(const Tissue& tissue);
+
+  const std::vector<Index>& place_of_vertex_;
+  bool has_begun_ = false;
+  bool follows_last_edit_ = false;
+  std::vector<std::unique_ptr<Surface>> surfaces_;  // [body]
+  std::vector<SlotRange> ranges_;                   // scratch
+};
+
+}  // namespace pbdsurg

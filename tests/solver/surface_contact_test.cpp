@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/solver/compaction.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+
+constexpr float kStep = 5e-3F;
+constexpr ToolSurface kAll{ContactFeatures::all, 0};
+
+ToolPose at(const Eigen::Vector3f& place) {
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = place;
+  return pose;
+}
+
+// A block of soft tissue on a table, 10 kPa.
+Scene make_block(std::array<Index, 3> cells, double edge) {
+  Scene scene;
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  const BodyId block =
+      scene.add_body("block", testing::make_box(cells, edge),
+                     {.model = ElasticModel::neo_hookean, .youngs_modulus = 10e3F});
+  std::vector<Index> bottom;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].z() < 1e-9) {
+      bottom.push_back(v);
+    }
+  }
+  scene.fix_vertices(block, bottom);
+  return scene;
+}
+
+// Presses from above to a depth within half a second, and waits.
+void press(Solver& solver, ToolId tool, const Eigen::Vector3f& touch, float depth, int wait = 100) {
+  constexpr int kSteps = 100;
+  for (int i = 0; i < kSteps + wait; ++i) {
+    const float share = std::min(1.0F, static_cast<float>(i + 1) / kSteps);
+    solver.move_tool(tool, at(touch - Eigen::Vector3f(0, 0, share * depth)));
+    solver.step(kStep);
+  }
+}
+
+float gap_of(const ToolContact& contact, const std::vector<Eigen::Vector3f>& positions) {
+  Eigen::Vector3f x = Eigen::Vector3f::Zero();
+  for (int k = 0; k < 3 && contact.vertices[k] != kInvalidIndex; ++k) {
+    x += contact.weights[k] * positions[contact.vertices[k]];
+  }
+  return contact.normal.dot(x - contact.point);
+}
+
+SolverMethod any_method() {
+  return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+}
+
+}  // namespace
+
+// Would catch a tool that feels nothing between vertices: a ball of 1 mm on edges of 3 mm, above a
+// vertex, the middle of an edge and the middle of a triangle.
+TEST_CASE("surface contact: a thin tool feels tissue wherever it meets it", "[validation]") {
+  const SolverMethod method = any_method();
+  const auto offset = GENERATE(Eigen::Vector2f(0, 0), Eigen::Vector2f(0.5F, 0), Eigen::Vector2f(0.6F, 0.3F));
+  constexpr float kEdge = 3e-3F, kRadius = 1e-3F, kDepth = 2e-3F;
+  CAPTURE(static_cast<int>(method), offset.x(), offset.y());
+  Solver solver(make_block({6, 6, 3}, kEdge), {.method = method});
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, kRadius};
+  const Eigen::Vector3f touch(kEdge * (3 + offset.x()), kEdge * (3 + offset.y()),
+                              3 * kEdge + kRadius);
+  const ToolId tool = solver.add_tool({&ball, 1}, at(touch), kAll);
+
+  press(solver, tool, touch, kDepth);
+
+  const Eigen::Vector3f force = solver.tool_force(tool);
+  const std::vector<ToolContact> contacts = solver.tool_contacts(tool);
+  const std::vector<Eigen::Vector3f> positions = solver.positions();
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float deepest = 0;
+  for (const ToolContact& contact : contacts) {
+    sum += contact.force;
+    deepest = std::min(deepest, gap_of(contact, positions));
+  }
+  // an elastic half space answers a flat punch of this radius with 2 a E / (1 - nu^2) a meter
+  const float punch = 2 * kRadius * 10e3F / (1 - 0.45F * 0.45F) * kDepth;
+  CHECK(force.z() > 0.7F * punch);
+  CHECK(force.z() < 4 * punch);
+  CHECK(deepest > -1e-2F * kEdge);
+  CHECK((sum - force).norm() < 0.1F * force.norm());
+}
+
+// Would catch weights or normals that make a tool slide off, or a torque with the wrong lever.
+TEST_CASE("surface contact: a bar that lies flat feels a force in its middle", "[validation]") {
+  const SolverMethod method = any_method();
+  Solver solver(make_block({6, 6, 3}, 3e-3), {.method = method});
+  const Capsule bar{{0, -20e-3F, 0}, {0, 20e-3F, 0}, 1e-3F};
+  const Eigen::Vector3f touch(9e-3F, 9e-3F, 10e-3F);
+  const ToolId tool = solver.add_tool({&bar, 1}, at(touch), kAll);
+
+  press(solver, tool, touch, 1.5e-3F);
+
+  const Eigen::Vector3f force = solver.tool_force(tool), torque = solver.tool_torque(tool);
+  CHECK(force.z() > 0.1F);
+  CHECK(std::hypot(force.x(), force.y()) < 0.2F * force.z());  // tetrahedra have no symmetry
+  CHECK(torque.norm() < 1e-3F * force.z());  // 1 mm of lever
+
+  // the same forces around another origin
+  Solver shifted(make_block({6, 6, 3}, 3e-3), {.method = method});
+  const Eigen::Vector3f lever(10e-3F, 0, 0);
+  const Capsule beside{bar.start + lever, bar.end + lever, bar.radius};
+  const ToolId other = shifted.add_tool({&beside, 1}, at(touch - lever), kAll);
+  press(shifted, other, touch - lever, 1.5e-3F);
+  CHECK(shifted.tool_force(other).z() == Approx(force.z()).epsilon(1e-3));
+  CHECK(shifted.tool_torque(other).y() - torque.y() ==
+        Approx(-lever.x() * force.z()).epsilon(2e-2));
+}
+
+// Would catch friction that creeps, and multipliers that are no forces.
+TEST_CASE("surface contact: what lies on a slope below the angle of friction stays",
+          "[validation]") {
+  const SolverMethod method = any_method();
+  constexpr float kFriction = 0.3F, kEdge = 5e-3F;
+  const float angle = 0.95F * std::atan(kFriction);
+  const Eigen::Vector3f down = 9.81F * Eigen::Vector3f(std::sin(angle), 0, -std::cos(angle));
+  Scene scene;
+  scene.add_body("block", testing::make_box({4, 4, 2}, kEdge),
+                 {.youngs_modulus = 20e3F, .poissons_ratio = 0.4F, .damping = 0.01F});
+  scene.set_gravity(down);
+  Solver solver(scene, {.method = method});
+  const ToolId slope = solver.add_half_space({}, kFriction);
+  const auto mean = [&] {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (const Eigen::Vector3f& x : solver.positions()) {
+      sum += x;
+    }
+    return Eigen::Vector3f(sum / static_cast<float>(solver.vertex_count()));
+  };
+  for (int i = 0; i < 200; ++i) {
+    solver.step(kStep);
+  }
+  const Eigen::Vector3f before = mean();
+
+  for (int i = 0; i < 200; ++i) {
+    solver.step(kStep);
+  }
+
+  CHECK((mean() - before).norm() < 1e-3F * kEdge);
+  const float mass = 1000 * 4e-6F;
+  CHECK((solver.tool_force(slope) - mass * down).norm() < 1e-3F * mass * down.norm());
+}
+
+// Would catch friction that does not slide, or slides without friction.
+TEST_CASE("surface contact: what lies on a steeper slope slides as it must", "[validation]") {
+  constexpr float kFriction = 0.3F;
+  const float angle = 1.3F * std::atan(kFriction);
+  Scene scene;
+  scene.add_body("block", testing::make_box({4, 4, 2}, 5e-3),
+                 {.youngs_modulus = 20e3F, .poissons_ratio = 0.4F, .damping = 0.01F});
+  scene.set_gravity({0, 0, -9.81F * std::cos(angle)});
+  Solver solver(scene, {.method = SolverMethod::projection});
+  solver.add_half_space({}, kFriction);
+  for (int i = 0; i < 100; ++i) {
+    solver.step(kStep);
+  }
+  const float before = solver.positions()[0].x();
+  solver.set_gravity({9.81F * std::sin(angle), 0, -9.81F * std::cos(angle)});
+
+  for (int i = 0; i < 200; ++i) {
+    solver.step(kStep);
+  }
+
+  const float way = 9.81F / 2 * (std::sin(angle) - kFriction * std::cos(angle));
+  CHECK(solver.positions()[0].x() - before == Approx(way).epsilon(0.02));
+}
+
+// Would catch a fast thin tool that is on the other side before anybody looks.
+TEST_CASE("surface contact: nothing passes through a sheet", "[validation]") {
+  const SolverMethod method = any_method();
+  const float speed = GENERATE(0.1F, 1.0F);
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Triangle> triangles;
+  constexpr Index kCells = 8;
+  for (Index j = 0; j <= kCells; ++j) {
+    for (Index i = 0; i <= kCells; ++i) {
+      points.emplace_back(5e-3 * i, 5e-3 * j, 0);
+    }
+  }
+  for (Index j = 0; j < kCells; ++j) {
+    for (Index i = 0; i < kCells; ++i) {
+      const Index a = i + (kCells + 1) * j;
+      triangles.push_back({a, a + 1, a + kCells + 2});
+      triangles.push_back({a, a + kCells + 2, a + kCells + 1});
+    }
+  }
+  Scene scene;
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  const BodyId sheet = scene.add_sheet("sheet", points, triangles, {});
+  std::vector<Index> rim;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    const Index i = v % (kCells + 1), j = v / (kCells + 1);
+    if (i == 0 || j == 0 || i == kCells || j == kCells) {
+      rim.push_back(v);
+    }
+  }
+  scene.fix_vertices(sheet, rim);
+  Solver solver(scene, {.method = method});
+  // points down, above the middle of a triangle
+  const Capsule rod{{0, 0, 0}, {0, 0, 50e-3F}, 0.5e-3F};
+  Eigen::Vector3f place(18.4e-3F, 16.7e-3F, 3e-3F);
+  const ToolId tool = solver.add_tool({&rod, 1}, at(place), kAll);
+  for (int i = 0; place.z() > -6e-3F; ++i) {
+    place.z() -= speed * kStep;
+    solver.move_tool(tool, at(place));
+    solver.step(kStep);
+  }
+  for (int i = 0; i < 20; ++i) {
+    solver.step(kStep);
+  }
+
+  // The sheet hangs from the tip, all of it below what touches it.
+  const std::vector<Eigen::Vector3f> x = solver.positions();
+  const auto triangle_below = [&] {
+    float least = 1;
+    for (const Triangle& t : triangles) {
+      Eigen::Matrix2f base;
+      base.col(0) = (x[t[1]] - x[t[0]]).head<2>();
+      base.col(1) = (x[t[2]] - x[t[0]]).head<2>();
+      const Eigen::Vector2f share = base.inverse() * (place - x[t[0]]).head<2>();
+      if (share.minCoeff() >= 0 && share.sum() <= 1) {
+        const float z = x[t[0]].z() + share.x() * (x[t[1]] - x[t[0]]).z() +
+                        share.y() * (x[t[2]] - x[t[0]]).z();
+        least = std::min(least, place.z() - z);
+      }
+    }
+    return least;
+  };
+  CHECK(triangle_below() > 0.4e-3F);
+  CHECK(triangle_below() < 1);
+  CHECK(solver.tool_force(tool).z() > 0);
+}
+
+// Would catch an order that depends on threads, and memory of contacts that a snapshot leaves out.
+TEST_CASE("surface contact: any number of threads has the serial bits, and a snapshot goes on",
+          "[determinism]") {
+  const SolverMethod method = any_method();
+  const auto run = [&](Executor executor, bool restores) {
+    Solver solver(make_block({6, 6, 3}, 3e-3),
+                  {.method = method, .executor = std::move(executor), .math = MathMode::strict});
+    const Capsule bar{{-3e-3F, 0, 0}, {4e-3F, 1e-3F, 0}, 1e-3F};
+    Eigen::Vector3f place(9e-3F, 8e-3F, 10e-3F);
+    const ToolId tool = solver.add_tool({&bar, 1}, at(place), {ContactFeatures::all, 0.4F});
+    for (int i = 0; i < 30; ++i) {
+      place += Eigen::Vector3f(1e-4F, 0.5e-4F, -1e-4F);
+      solver.move_tool(tool, at(place));
+      solver.step(kStep);
+      if (restores && i == 20) {
+        const Snapshot snapshot = solver.snapshot();
+        CHECK(!snapshot.contacts.empty());
+        solver.step(kStep);
+        solver.restore(snapshot);
+      }
+    }
+    return solver.state_hash();
+  };
+  const std::uint64_t serial = run(executor::serial(), false);
+  CHECK(run(executor::threads(1), false) == serial);
+  CHECK(run(executor::threads(3), false) == serial);
+  CHECK(run(executor::threads(2), true) == serial);
+}
+
+// Would catch a surface that keeps triangles of what was removed, or loses those that came to light.
+TEST_CASE("surface contact: what is removed pushes no more, and comes back by undo", "[edit]") {
+  const SolverMethod method = any_method();
+  Solver solver(make_block({4, 4, 3}, 3e-3), {.method = method});
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, 1e-3F};
+  const Eigen::Vector3f touch(7e-3F, 6.5e-3F, 10e-3F);
+  const ToolId tool = solver.add_tool({&ball, 1}, at(touch), kAll);
+  press(solver, tool, touch, 1e-3F, 20);
+  const float before = solver.tool_force(tool).z();
+  REQUIRE(before > 0);
+
+  TopologyEdit edit;
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    bool is_on_top = false;
+    for (const Index v : solver.tissue().tets()[t]) {
+      is_on_top = is_on_top || solver.tissue().rest_positions()[v].z() > 8.9e-3;
+    }
+    if (is_on_top) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  const Snapshot pressed = solver.snapshot();
+  solver.tissue().apply(edit);
+  solver.step(kStep);
+  CHECK(solver.tool_contacts(tool).empty());
+  press(solver, tool, touch - Eigen::Vector3f(0, 0, 3e-3F), 1e-3F, 20);
+  CHECK(solver.tool_force(tool).z() > 0.3F * before);  // the layer below
+
+  solver.tissue().undo();
+  for (int i = 0; i < 5; ++i) {
+    solver.step(kStep);
+  }
+  for (const ToolContact& contact : solver.tool_contacts(tool)) {
+    CHECK(solver.tissue().has_tissue(contact.vertices[0]));
+  }
+  Compaction compaction(solver);
+  compaction.build();
+  compaction.finish(solver);
+  solver.step(kStep);
+  for (const Eigen::Vector3f& x : solver.positions()) {
+    REQUIRE(x.allFinite());
+  }
+}
+
+TEST_CASE("surface contact: what is out of range is refused", "[errors]") {
+  Solver solver(make_block({1, 1, 1}, 3e-3));
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, 1e-3F};
+  CHECK_THROWS_WITH(solver.add_tool({&ball, 1}, at({0, 0, 1}), {ContactFeatures::all, -1}),
+                    ContainsSubstring("friction is -1"));
+  CHECK_THROWS_WITH(solver.add_half_space({{0, 0, 0}, {0, 0, 2}}),
+                    ContainsSubstring("normal of length 2"));
+  CHECK_THROWS_WITH(solver.add_half_space({}, std::numeric_limits<float>::infinity()),
+                    ContainsSubstring("friction is inf"));
+  Solver explicit_steps(make_block({1, 1, 1}, 3e-3), {.method = SolverMethod::explicit_steps});
+  CHECK_THROWS_WITH(explicit_steps.add_half_space({}), ContainsSubstring("explicit steps"));
+
+  const ToolId tool = solver.add_tool({&ball, 1}, at({1e-3F, 1e-3F, 3.9e-3F}), kAll);
+  solver.step(kStep);
+  Snapshot snapshot = solver.snapshot();
+  REQUIRE(!snapshot.contacts.empty());
+  const auto check_refused = [&](const char* why, auto change) {
+    Snapshot forged = snapshot;
+    change(forged.contacts.front());
+    CHECK_THROWS_WITH(solver.restore(forged), ContainsSubstring(why));
+  };
+  check_refused("is of tool 7", [](SnapshotContact& c) { c.tool = ToolId(7); });
+  check_refused("has vertex 99", [](SnapshotContact& c) { c.vertices[0] = 99; });
+  check_refused("has a normal of length 0", [](SnapshotContact& c) { c.normal.setZero(); });
+  check_refused("has a force of -1", [](SnapshotContact& c) { c.force = -1; });
+  CHECK(solver.tool_contacts(tool).size() == snapshot.contacts.size());
+}
+
+}  // namespace pbdsurg
