@@ -60,7 +60,7 @@ Scene make_scene(const CopyFactors& factors) {
                                          {Eigen::Vector3f::UnitY(), stiffness * 8e3F}));
   const float edge = static_cast<float>(kSoftEdge);
   scene.add_link({3, scene.body(thread).first_vertex, edge, {1, 0.25F / stiffness}});
-  scene.add_link({2, scene.body(1).first_vertex + 2, edge, {1, 0.25F / stiffness}});
+  scene.add_link({2, scene.body(1).first_vertex + 2, edge, {1, 0x1p-12F / stiffness}});  // stiff
   scene.add_link({4, scene.body(wide).first_vertex, edge, {1, 0.25F / stiffness}});
   for (const Index body : {0, 1}) {
     scene.fix_where(body, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
