@@ -87,6 +87,9 @@ class Enqueuer {
           kernels.keep_momentum(state, vertices, free_pieces, has_tools, launch_);
         }
         break;
+      case StepOperation::meet_surfaces:  // no device has tools that meet surfaces
+      case StepOperation::leave_surfaces:
+        break;
       case StepOperation::collect_forces:
         if (has_tools) {
           kernels.collect_forces(state, tools, input, launch_);

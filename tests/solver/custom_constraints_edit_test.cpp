@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Constraints of a program's own: edits, copies of the tissue, and what is refused.
+#include <atomic>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -49,7 +50,8 @@ struct Scripted final : CustomConstraints {
   std::function<void(ConstraintSweep&)> act;
   std::vector<Index> named_vertices;
   Index copy_count = 0;
-  int substeps = 0, follows = 0, undos = 0, renumberings = 0;
+  std::atomic<int> substeps = 0;  // of copies, which threads step at the same time
+  int follows = 0, undos = 0, renumberings = 0;
 };
 
 std::vector<Index> tets_at(const Solver& solver, Index vertex) {
