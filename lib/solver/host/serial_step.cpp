@@ -108,8 +108,7 @@ class SerialStep {
         }
         break;
       case StepOperation::collect_forces:
-        collect_tool_forces(step_,
-                            part_.force_per_multiplier(numbers_.lengths.inverse_dt_squared));
+        collect_tool_forces(step_, part_.force_per_multiplier(numbers_.lengths.inverse_dt_squared));
         remember_contacts(step_, numbers_.lengths);
         break;
       case StepOperation::update_velocities:

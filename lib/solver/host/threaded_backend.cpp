@@ -433,10 +433,9 @@ class ThreadedBackend final : public Backend {
 
   // Few: the first thread does it, while the others wait.
   void ease(Turn& turn) {
-    if (std::ranges::all_of(turn.step.copy.tools,
-                            [](const ToolState& tool) {
-                              return tool.contacts.empty() && tool.surface_contacts.empty();
-                            })) {
+    if (std::ranges::all_of(turn.step.copy.tools, [](const ToolState& tool) {
+          return tool.contacts.empty() && tool.surface_contacts.empty();
+        })) {
       return;
     }
     meet(turn);

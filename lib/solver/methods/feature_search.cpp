@@ -125,9 +125,12 @@ Meeting meet_triangle(const std::array<Vector, 3>& x, const Vector& a, const Vec
 
 Meeting meet(int count, const std::array<Vector, 3>& x, const Vector& a, const Vector& b) {
   switch (count) {
-    case 1: return meet_vertex(x[0], a, b);
-    case 2: return meet_edge(x, a, b);
-    default: return meet_triangle(x, a, b);
+    case 1:
+      return meet_vertex(x[0], a, b);
+    case 2:
+      return meet_edge(x, a, b);
+    default:
+      return meet_triangle(x, a, b);
   }
 }
 
@@ -136,7 +139,8 @@ struct Box {
   Vector high{-kInfinity, -kInfinity, -kInfinity};
 
   void add(const Vector& x, float reach) {
-    low = {std::min(low.x, x.x - reach), std::min(low.y, x.y - reach), std::min(low.z, x.z - reach)};
+    low = {std::min(low.x, x.x - reach), std::min(low.y, x.y - reach),
+           std::min(low.z, x.z - reach)};
     high = {std::max(high.x, x.x + reach), std::max(high.y, x.y + reach),
             std::max(high.z, x.z + reach)};
   }
@@ -224,8 +228,7 @@ class FeatureSearch {
     contact.normal = normal;
     contact.point = x - gap * normal;
     const Vector3f point(contact.point.x, contact.point.y, contact.point.z);
-    const Vector then =
-        load(Vector3f(tool_.placed_before * (tool_.placed.inverse() * point)));
+    const Vector then = load(Vector3f(tool_.placed_before * (tool_.placed.inverse() * point)));
     contact.drift = (contact.point - then) + own_start(place);
     contact.offset = dot(normal, plane) - dot(normal, vertices_.base(place));
     add({{place, kInvalidIndex, kInvalidIndex}}, contact);
@@ -291,8 +294,8 @@ class FeatureSearch {
     Vector side = has_side ? known->normal : Vector{};
     std::optional<Meeting> hit = end.distance < reach ? std::optional(end) : std::nullopt;
     // Where it was near before, sweeps may bring it back.
-    const float travel = corners.travel() + std::max(length(a - load(before.start)),
-                                                     length(b - load(before.end)));
+    const float travel =
+        corners.travel() + std::max(length(a - load(before.start)), length(b - load(before.end)));
     const int looks =
         std::clamp(static_cast<int>(std::ceil(travel / (kStride * radius))), 1, kMostLooks);
     for (int look = 0; look < (has_side ? 1 : looks) && !(has_side && hit); ++look) {
@@ -311,8 +314,8 @@ class FeatureSearch {
     }
     const std::array<float, 3>& weights = hit->weights;
     const Vector on_axis = between(a, b, hit->share);
-    const Vector x = weights[0] * corners.end[0] + weights[1] * corners.end[1] +
-                     weights[2] * corners.end[2];
+    const Vector x =
+        weights[0] * corners.end[0] + weights[1] * corners.end[1] + weights[2] * corners.end[2];
     const Vector away = x - on_axis;
     const float distance = length(away);
     Vector normal;
@@ -363,8 +366,7 @@ class FeatureSearch {
       return;
     }
     contact.multiplier = known.force / inverse_dt_squared_;
-    const Vector along =
-        known.friction - dot(known.friction, contact.normal) * contact.normal;
+    const Vector along = known.friction - dot(known.friction, contact.normal) * contact.normal;
     contact.friction = (1 / inverse_dt_squared_) * along;
   }
 

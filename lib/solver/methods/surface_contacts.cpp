@@ -81,8 +81,7 @@ void project(const StepContext& step, SurfaceContact& contact, float friction) {
   const MovingVertices vertices = moving_vertices(step);
   float yield = 0;
   for (int k = 0; k < contact.feature.count(); ++k) {
-    yield += contact.weights[k] * contact.weights[k] *
-             vertices.moving[contact.feature.places[k]].w;
+    yield += contact.weights[k] * contact.weights[k] * vertices.moving[contact.feature.places[k]].w;
   }
   if (!(yield > 0)) {
     return;
@@ -118,10 +117,8 @@ float yield_of(const StepContext& step, const VertexState& state, Index place,
   VertexEnergy<float> start;
   start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[place]) - load(p));
   const LaneAccess access{state.fixed_points, state.fixed_points[place], lane};
-  const HeldVertex held(step, {load(state.bases[place]), load(p)},
-                        step.scratch.first_holds[place]);
-  const LooseEnd<float> end =
-      find_loose_end(rows, rows.blocks[block_index], access, start, held);
+  const HeldVertex held(step, {load(state.bases[place]), load(p)}, step.scratch.first_holds[place]);
+  const LooseEnd<float> end = find_loose_end(rows, rows.blocks[block_index], access, start, held);
   return dot(normal, end.give * normal);
 }
 

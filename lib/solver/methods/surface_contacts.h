@@ -3,9 +3,9 @@
 
 /// @file
 /// How vertices, edges and triangles answer a tool in a substep. Projections move their corners out
-/// of the tool by their masses. Vertex blocks meet a spring at each corner, whose force a multiplier
-/// takes over after each sweep (augmented Lagrangian, Hestenes 1969, Powell 1969): with the gap C,
-/// the slip s along the tool, and the stiffness k,
+/// of the tool by their masses. Vertex blocks meet a spring at each corner, whose force a
+/// multiplier takes over after each sweep (augmented Lagrangian, Hestenes 1969, Powell 1969): with
+/// the gap C, the slip s along the tool, and the stiffness k,
 ///
 ///     lambda = max(0, lambda - k C)         friction = friction - k s, no longer than mu lambda
 ///

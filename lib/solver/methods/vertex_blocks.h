@@ -112,8 +112,8 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(),    pulls_.data(),  springs_.data(), volumes_.data(), hinges_.data(),
-            triangles_.data(), strips_.data(), fibres_.data()};
+    return {blocks_.data(), pulls_.data(),     springs_.data(), volumes_.data(),
+            hinges_.data(), triangles_.data(), strips_.data(),  fibres_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
     return {blocks_.data(),         springs_.data(),       volumes_.data(),

@@ -19,9 +19,9 @@ constexpr std::array kComplianceProjections{
 
 // Vertex block descent (Chen et al. 2024, algorithm 1).
 constexpr std::array kVertexBlocks{
-    predict_displacements, find_contacts, gather_holds, damp_rows,     meet_surfaces,
-    begin_joints,          sweep,         settle_holds, keep_momentum, collect_forces,
-    settle};
+    predict_displacements, find_contacts,  gather_holds, damp_rows,
+    meet_surfaces,         begin_joints,   sweep,        settle_holds,
+    keep_momentum,         collect_forces, settle};
 
 // Leapfrog (Verlet 1967).
 constexpr std::array kExplicit{take_lengths, predict_displacements, find_contacts, gather_holds,

@@ -90,7 +90,8 @@ void StepScratch::reserve_holds(const SolverData& data) {
   for (Index i = 0; i < data.copy_count(); ++i) {
     std::size_t sum = 0;
     for (const ToolState& tool : data.copy(i).tools) {
-      sum += tool.attachments.size() + tool.contacts.capacity() + 3 * tool.surface_contacts.capacity();
+      sum +=
+          tool.attachments.size() + tool.contacts.capacity() + 3 * tool.surface_contacts.capacity();
     }
     most = std::max(most, sum);
   }

@@ -24,7 +24,8 @@ Eigen::Vector3f vector_of(const Vec3<float>& v) {
 
 std::vector<SnapshotContact> contacts_of(const SolverState& state, const CopyState& copy) {
   std::vector<SnapshotContact> contacts;
-  if (std::ranges::all_of(copy.tools, [](const ToolState& tool) { return tool.remembered.empty(); })) {
+  if (std::ranges::all_of(copy.tools,
+                          [](const ToolState& tool) { return tool.remembered.empty(); })) {
     return contacts;
   }
   std::vector<Index> vertex_at(state.place_of_vertex.size());
@@ -80,8 +81,8 @@ void check_contacts(std::span<const SnapshotContact> contacts, std::span<const T
 void set_contacts(std::span<const SnapshotContact> contacts, const SolverState& state,
                   CopyState& copy) {
   for (const SnapshotContact& contact : contacts) {
-    RememberedContact known{{contact.vertices}, load(contact.normal), contact.force,
-                            load(contact.friction)};
+    RememberedContact known{
+        {contact.vertices}, load(contact.normal), contact.force, load(contact.friction)};
     const std::span<Index> corners(known.feature.places.data(),
                                    static_cast<std::size_t>(known.feature.count()));
     std::ranges::transform(corners, corners.begin(),

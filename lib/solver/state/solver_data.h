@@ -46,8 +46,8 @@ class SolverData : public SolverState {
   std::uint64_t rows_revision = 0;  ///< changes with these, by an undo, too
   CoarseSpace coarse_space;         ///< of the vertex-block method, if it is asked for
   FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
-  StableSubstep stable_substep;  ///< of explicit steps, else empty
-  CustomSets custom;             ///< on a host
+  StableSubstep stable_substep;            ///< of explicit steps, else empty
+  CustomSets custom;                       ///< on a host
   TissueSurface surface{place_of_vertex};  ///< once a tool meets it
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host

@@ -40,9 +40,9 @@ struct ToolState {
   std::vector<Attachment> attachments;
   ToolPose placed_before = ToolPose::Identity();  ///< at the start of the current substep
   ToolPose placed = ToolPose::Identity();         ///< at its end
-  std::vector<Capsule> placed_capsules;    ///< in the world, likewise
-  std::vector<Capsule> capsules_before;  ///< at its start, of tools that meet surfaces
-  std::vector<Contact> contacts;         ///< of the current substep, ascending by place
+  std::vector<Capsule> placed_capsules;           ///< in the world, likewise
+  std::vector<Capsule> capsules_before;           ///< at its start, of tools that meet surfaces
+  std::vector<Contact> contacts;                  ///< of the current substep, ascending by place
   ToolSurface surface{};
   std::vector<SurfaceContact> surface_contacts;  ///< likewise, in the order of features
   std::vector<RememberedContact> remembered;     ///< in the order of features
