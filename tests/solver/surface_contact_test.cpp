@@ -114,7 +114,7 @@ TEST_CASE("surface contact: a bar that lies flat feels a force in its middle", "
   const Eigen::Vector3f force = solver.tool_force(tool), torque = solver.tool_torque(tool);
   CHECK(force.z() > 0.1F);
   CHECK(std::hypot(force.x(), force.y()) < 0.4F * force.z());  // tetrahedra have no symmetry
-  CHECK(torque.norm() < 2e-3F * force.z());  // 2 mm of lever
+  CHECK(torque.norm() < 2e-3F * force.z());                    // 2 mm of lever
 
   // the same forces around another origin
   Solver shifted(make_block({6, 6, 3}, 3e-3), {.method = method});
