@@ -88,7 +88,6 @@ class Enqueuer {
         }
         break;
       case StepOperation::meet_surfaces:  // no device has tools that meet surfaces
-      case StepOperation::leave_surfaces:
         break;
       case StepOperation::collect_forces:
         if (has_tools) {
