@@ -373,6 +373,21 @@ bool ThermalMesh::touch_changed(const TissueChange& change) {
 void ThermalMesh::undo(const Tissue&, const TissueChange& change) noexcept {
   begin_change();
   version_ = version_before_;
+  // in the order of the undo: sums over what is touched keep their bits
+  for (const NewTet& tet : change.edit.new_tets) {
+    if (tets_.tissues[tet.parent] != kInvalidIndex) {
+      touch(tet.vertices);
+    }
+  }
+  for (std::size_t i = change.edit.corner_moves.size(); i-- > 0;) {
+    const CornerMove& move = change.edit.corner_moves[i];
+    if (tets_.tissues[move.tet] != kInvalidIndex) {
+      Tet after = change.reshaped_tets[i].vertices;
+      std::ranges::replace(after, move.from, move.to);
+      touch(after);
+      touch(change.reshaped_tets[i].vertices);
+    }
+  }
   touch_changed(change);
   growth_ += touched_.empty() ? 0 : 1;
   vertex_tissues_.undo();
