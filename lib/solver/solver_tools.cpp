@@ -115,7 +115,9 @@ Eigen::Vector3f Solver::tool_torque(ToolId tool, Index copy) const {
 }
 
 std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
+  const CopyState& owner = checked_copy(*data_, copy);
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  const float scale = owner.factors.stiffness;  // see substep_numbers()
   std::vector<Index> vertex_at(data_->place_of_vertex.size());
   for (std::size_t v = 0; v < vertex_at.size() && !state.surface_contacts.empty(); ++v) {
     vertex_at[data_->place_of_vertex[v]] = static_cast<Index>(v);
@@ -133,7 +135,7 @@ std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
     told.weights = contact.weights;
     told.point = vector_of(contact.point);
     told.normal = vector_of(contact.normal);
-    told.force = -vector_of(force.force * force.normal + force.friction);
+    told.force = -scale * vector_of(force.force * force.normal + force.friction);
   }
   return contacts;
 }

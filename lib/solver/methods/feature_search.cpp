@@ -293,11 +293,11 @@ class FeatureSearch {
     bool has_side = known != nullptr;
     Vector side = has_side ? known->normal : Vector{};
     std::optional<Meeting> hit = end.distance < reach ? std::optional(end) : std::nullopt;
-    // Where it was near before, sweeps may bring it back.
     const float travel =
         corners.travel() + std::max(length(a - load(before.start)), length(b - load(before.end)));
     const int looks =
         std::clamp(static_cast<int>(std::ceil(travel / (kStride * radius))), 1, kMostLooks);
+    // the first look is at the start: what was near then, sweeps may bring back
     for (int look = 0; look < (has_side ? 1 : looks) && !(has_side && hit); ++look) {
       const float share = static_cast<float>(look) / static_cast<float>(looks);
       const Meeting early =
