@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <exception>
-#include <future>
 #include <utility>
 
 namespace cholecystectomy {
@@ -17,26 +16,18 @@ constexpr std::size_t kMostChimes = 4;  // that may wait
 ThreadedPlayer::ThreadedPlayer(OpenOutput open, const PlayerTiming& timing)
     : open_(std::move(open)), timing_(timing) {
   wishes_.chimes.reserve(kMostChimes);
-  std::promise<void> opening;
-  std::future<void> is_open = opening.get_future();
-  thread_ = std::thread([this, opening = std::move(opening)]() mutable {
-    std::unique_ptr<AudioOutput> output;
-    try {
-      output = open_();
-      set_status("sound: " + output->device_name());
-    } catch (...) {
-      output.reset();
-      opening.set_exception(std::current_exception());
-      return;
+  thread_ = std::thread([this] {
+    std::unique_ptr<AudioOutput> output = open_first();
+    if (output != nullptr) {
+      run(std::move(output));
     }
-    opening.set_value();
-    run(std::move(output));
   });
-  try {
-    is_open.get();
-  } catch (...) {
+  std::unique_lock lock(mutex_);
+  has_opened_.wait(lock, [this] { return is_open_ || refusal_ != nullptr; });
+  if (refusal_ != nullptr) {
+    lock.unlock();
     thread_.join();
-    throw;
+    std::rethrow_exception(refusal_);
   }
 }
 
@@ -47,6 +38,27 @@ ThreadedPlayer::~ThreadedPlayer() {
   }
   has_changed_.notify_one();
   thread_.join();
+}
+
+/// Opens the device and tells the constructor.
+/// @return  null where there is none
+std::unique_ptr<AudioOutput> ThreadedPlayer::open_first() noexcept {
+  std::unique_ptr<AudioOutput> output;
+  std::exception_ptr refusal;
+  try {
+    output = open_();
+    set_status("sound: " + output->device_name());
+  } catch (...) {
+    output.reset();
+    refusal = std::current_exception();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    is_open_ = output != nullptr;
+    refusal_ = std::move(refusal);
+  }
+  has_opened_.notify_one();
+  return output;
 }
 
 void ThreadedPlayer::set_tone(Tone tone) {

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -52,6 +53,7 @@ class ThreadedPlayer final : public SoundPlayer {
   };
 
   void change_volume(float volume) override;
+  [[nodiscard]] std::unique_ptr<AudioOutput> open_first() noexcept;
   void run(std::unique_ptr<AudioOutput> output);
   [[nodiscard]] std::unique_ptr<AudioOutput> reopen() const noexcept;
   [[nodiscard]] bool wait(Clock::time_point until, Wishes& wishes);
@@ -62,6 +64,9 @@ class ThreadedPlayer final : public SoundPlayer {
   std::string shown_status_;  ///< the caller's
 
   std::mutex mutex_;  ///< of what follows; nobody holds it for longer than a copy takes
+  std::condition_variable has_opened_;
+  bool is_open_ = false;
+  std::exception_ptr refusal_;  ///< why the device is not open
   std::condition_variable has_changed_;
   Wishes wishes_;
   std::string status_;
