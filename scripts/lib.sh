@@ -132,7 +132,7 @@ describe_run() {
 }
 
 # Programs that make tables, beside the benchmarks.
-table_programs=(table1 table2 table3 convergence edits figure4 figure8 figure12 forces haptic_loop haptic_rate haptics held_force lesion neighbours replicas sheets sizes statics accuracy)
+table_programs=(table1 table2 table3 convergence edits figure4 figure8 figure12 forces haptic_loop haptic_rate haptics held_force lesion neighbours replicas sheets contact sizes statics accuracy)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 

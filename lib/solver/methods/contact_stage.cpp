@@ -58,7 +58,8 @@ void find_contacts_of(const MovingVertices& vertices, Index count,
     }
     if (contacts.size() < capacity) {
       const auto& [normal, offset] = search.plane;
-      contacts.push_back({place, {normal.x, normal.y, normal.z}, offset, 0});
+      const Vec3<float> point = x + (offset - dot(normal, x)) * normal;
+      contacts.push_back({place, vector_of(normal), offset, 0, vector_of(point)});
     } else {
       ++report.dropped_contacts;
     }
@@ -119,10 +120,10 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
   }
 }
 
+// Reads no vertex: other threads move theirs already.
 void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
   // see substep_numbers()
   const float scale = force_per_multiplier * step.copy.factors.stiffness;
-  const MovingVertices vertices = moving_vertices(step);
   for (ToolState& tool : step.copy.tools) {
     const Eigen::Vector3f origin = tool.placed.translation();
     const auto add = [&](const Eigen::Vector3f& force, const Eigen::Vector3f& point) {
@@ -132,8 +133,7 @@ void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
       }
     };
     for (const Contact& contact : tool.contacts) {
-      add((scale * contact.multiplier) * contact.normal,
-          vector_of(vertices.position(contact.place)));
+      add((scale * contact.multiplier) * contact.normal, contact.point);
     }
     for (const SurfaceContact& contact : tool.surface_contacts) {
       add(scale * vector_of(contact.multiplier * contact.normal + contact.friction),

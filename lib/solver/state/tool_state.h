@@ -30,6 +30,7 @@ struct Contact {
   Eigen::Vector3f normal;  ///< out of the tool
   float offset;            ///< m
   float multiplier;        ///< kg m
+  Eigen::Vector3f point;   ///< m, in the scene, of the tool's surface
 };
 
 struct ToolState {

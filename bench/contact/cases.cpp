@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/contact/cases.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "pbdsurg/base/random.h"
+
+#include "bench/contact/blocks.h"
+#include "bench/support/neo_hookean.h"
+#include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+constexpr float kStep = 5e-3F;  // s
+constexpr float kGravity = 9.81F;
+constexpr double kModulus = 10e3, kRatio = 0.45;
+constexpr ToolSurface kSmooth{ContactFeatures::all, 0};
+
+ContactOutcome compare(double value, double expected) {
+  return {value, expected, 100 * (value / expected - 1)};
+}
+
+// @param unit  what an error of 100 % would be
+ContactOutcome compare_to_zero(double value, double unit) {
+  return {value, 0, 100 * value / unit};
+}
+
+Scene scene_of(TetMesh mesh, const Material& material) {
+  Scene scene;
+  scene.add_body("block", std::move(mesh), material);
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  return scene;
+}
+
+SolverOptions damped(SolverOptions options) {
+  options.damping = 20;
+  return options;
+}
+
+// A cube between two smooth plates: any mesh has the closed form, as its strain is the same
+// everywhere.
+ContactOutcome press_between_plates(const SolverOptions& options) {
+  constexpr double kSide = 20e-3, kDepth = 0.4e-3;
+  const Material material = neo_hookean(kModulus, kRatio);
+  const Scene scene = scene_of(testing::make_box({5, 5, 5}, kSide / 5, 0), material);
+  Solver solver(scene, damped(options));
+  solver.add_half_space({});
+  const ToolId plate = solver.add_half_space({{0, 0, 0}, {0, 0, -1}}, 0, at({0, 0, kSide}));
+  press(solver, plate, {0, 0, kSide}, kDepth);
+  const double stress =
+      uniaxial_stress(NeoHookeanModuli(scene.bodies()[0].material), 0, 1 - kDepth / kSide);
+  return compare(solver.tool_force(plate).z(), -stress * kSide * kSide);
+}
+
+// N, with which a ball or a bar answers that is pressed into a block whose bottom is fixed.
+double press_block(const SolverOptions& options, TetMesh mesh, const Capsule& capsule,
+                   const Eigen::Vector2f& place, double depth) {
+  Scene scene = scene_of(std::move(mesh), neo_hookean(kModulus, kRatio));
+  double bottom = 0;
+  for (const Eigen::Vector3d& x : scene.positions()) {
+    bottom = std::min(bottom, x.z());
+  }
+  scene.fix_vertices(0, vertices_below(scene, bottom + 1e-9));
+  Solver solver(scene, damped(options));
+  const Eigen::Vector3f touch(place.x(), place.y(), capsule.radius);
+  const ToolId tool = solver.add_tool({&capsule, 1}, at(touch), kSmooth);
+  press(solver, tool, touch, depth);
+  return solver.tool_force(tool).z();
+}
+
+// A smooth ball on a half space (Hertz 1882; Johnson, "Contact Mechanics", 4.2).
+// @param edges  that the radius of the contact has
+ContactOutcome press_ball(const SolverOptions& options, int edges) {
+  constexpr double kRadius = 5e-3, kDepth = 1e-3;
+  const double contact = std::sqrt(kRadius * kDepth);
+  const double force =
+      4.0 / 3 * kModulus / (1 - kRatio * kRatio) * std::sqrt(kRadius) * std::pow(kDepth, 1.5);
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, static_cast<float>(kRadius)};
+  const TetMesh mesh =
+      make_graded_block({contact / edges, 1.3 * contact, 10 * contact, 10 * contact});
+  return compare(press_block(options, mesh, ball, {0, 0}, kDepth), force);
+}
+
+// A block of edges of 3 mm.
+TetMesh coarse_block() {
+  constexpr double kEdge = 3e-3;
+  const TetMesh cubes = testing::make_box({10, 10, 5}, kEdge);
+  std::vector<Eigen::Vector3d> positions;
+  for (const Eigen::Vector3d& x : cubes.positions()) {
+    positions.push_back(x - Eigen::Vector3d(5 * kEdge, 5 * kEdge, 5 * kEdge));
+  }
+  return TetMesh(std::move(positions), {cubes.tets().begin(), cubes.tets().end()});
+}
+
+// A hook of 1 mm in edges of 3 mm, beside edges of 0.3 mm in a block of that size.
+ContactOutcome press_hook(const SolverOptions& options, const Capsule& hook,
+                          const Eigen::Vector2f& place) {
+  constexpr double kDepth = 1e-3;
+  const TetMesh fine = make_graded_block({0.3e-3, 1.5e-3, 15e-3, 15e-3});
+  return compare(press_block(options, coarse_block(), hook, 3e-3F * place, kDepth),
+                 press_block(options, fine, hook, {0, 0}, kDepth));
+}
+
+constexpr float kFriction = 0.3F;
+constexpr double kSlideEdge = 5e-3;
+
+// Of a block on a table that leans by a share of the angle of friction.
+struct Slope {
+  explicit Slope(double share) : angle(share * std::atan(kFriction)) {}
+
+  [[nodiscard]] Eigen::Vector3f gravity() const {
+    return kGravity * Eigen::Vector3f(std::sin(angle), 0, -std::cos(angle));
+  }
+
+  double angle;
+};
+
+Solver block_on_table(const SolverOptions& options, const Eigen::Vector3f& gravity) {
+  Scene scene = scene_of(testing::make_box({4, 4, 2}, kSlideEdge),
+                         {.youngs_modulus = 20e3F, .poissons_ratio = 0.4F, .damping = 0.01F});
+  scene.set_gravity(gravity);
+  return Solver(scene, options);
+}
+
+void step_for(Solver& solver, double seconds) {
+  for (int i = 0; i * double{kStep} < seconds; ++i) {
+    solver.step(kStep);
+  }
+}
+
+ContactOutcome stick(const SolverOptions& options) {
+  Solver solver = block_on_table(options, Slope(0.95).gravity());
+  solver.add_half_space({}, kFriction);
+  step_for(solver, 1);
+  const Eigen::Vector3d before = center_of(solver);
+  step_for(solver, 1);
+  return compare_to_zero(1e3 * (center_of(solver) - before).norm(), 1e3 * kSlideEdge);
+}
+
+ContactOutcome slide(const SolverOptions& options) {
+  const Slope slope(1.3);
+  Solver solver = block_on_table(options, {0, 0, slope.gravity().z()});
+  solver.add_half_space({}, kFriction);
+  step_for(solver, 0.5);
+  const Eigen::Vector3d before = center_of(solver);
+  solver.set_gravity(slope.gravity());
+  step_for(solver, 1);
+  const double way = kGravity / 2 * (std::sin(slope.angle) - kFriction * std::cos(slope.angle));
+  return compare(1e3 * (center_of(solver) - before).x(), 1e3 * way);
+}
+
+ContactOutcome slide_to_a_stop(const SolverOptions& options) {
+  constexpr float kSpeed = 0.5F;
+  Solver solver = block_on_table(options, {0, 0, -kGravity});
+  solver.add_half_space({}, kFriction);
+  step_for(solver, 0.5);
+  const Eigen::Vector3d before = center_of(solver);
+  std::vector<Eigen::Vector3f> velocities = solver.velocities();
+  for (Eigen::Vector3f& v : velocities) {
+    v.x() += kSpeed;
+  }
+  solver.write_velocities(velocities);
+  step_for(solver, 0.5);
+  return compare(1e3 * (center_of(solver) - before).x(),
+                 1e3 * kSpeed * kSpeed / (2 * kFriction * kGravity));
+}
+
+ContactOutcome weigh(const SolverOptions& options) {
+  Solver solver = block_on_table(options, {0, 0, -kGravity});
+  const ToolId table = solver.add_half_space({}, kFriction);
+  step_for(solver, 2);
+  const double mass = 1000 * 4 * 4 * 2 * std::pow(kSlideEdge, 3);
+  return compare(-solver.tool_force(table).z(), mass * kGravity);
+}
+
+ContactOutcome overlap(const SolverOptions& options) {
+  constexpr double kEdge = 3e-3;
+  Scene scene = scene_of(coarse_block(), neo_hookean(kModulus, kRatio));
+  scene.fix_vertices(0, vertices_below(scene, -15e-3 + 1e-9));
+  Solver solver(scene, damped(options));
+  const Capsule bar{{-20e-3F, 0, 0}, {20e-3F, 0, 0}, 1e-3F};
+  const Eigen::Vector3f touch(0.7e-3F, 1.1e-3F, bar.radius);
+  const ToolId tool = solver.add_tool({&bar, 1}, at(touch), kSmooth);
+  press(solver, tool, touch, 2e-3);
+  return compare_to_zero(1e3 * overlap_of(solver, tool), 1e3 * kEdge);
+}
+
+// Whether a triangle lies across the line upwards from a tip.
+bool crosses(const std::vector<Eigen::Vector3f>& positions, const std::vector<Triangle>& triangles,
+             const Eigen::Vector3f& tip) {
+  return std::ranges::any_of(triangles, [&](const Triangle& t) {
+    const Eigen::Vector3f& origin = positions[t[0]];
+    Eigen::Matrix<float, 3, 2> sides;
+    sides << positions[t[1]] - origin, positions[t[2]] - origin;
+    const Eigen::Vector2f share = sides.topRows<2>().inverse() * (tip - origin).head<2>();
+    return share.minCoeff() >= 0 && share.sum() <= 1 &&
+           origin.z() + sides.row(2).dot(share.transpose()) > tip.z();
+  });
+}
+
+// Of rods that fly at a sheet's faces, edges and vertices, those on its other side at the end.
+// @param step  s
+ContactOutcome shoot(const SolverOptions& options, int shots, float step) {
+  constexpr Index kCells = 8;
+  constexpr double kEdge = 5e-3;
+  const testing::SheetMesh mesh = testing::make_sheet({kCells, kCells}, kEdge);
+  Scene scene;
+  const BodyId sheet = scene.add_sheet("sheet", mesh.positions, mesh.triangles, {});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  std::vector<Index> rim;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    const Index i = v % (kCells + 1), j = v / (kCells + 1);
+    if (i == 0 || j == 0 || i == kCells || j == kCells) {
+      rim.push_back(v);
+    }
+  }
+  scene.fix_vertices(sheet, rim);
+  int passed = 0;
+  for (int shot = 0; shot < shots; ++shot) {
+    const auto random = [&](int k) { return static_cast<float>(random_unit(7, shot, k)); };
+    Solver solver(scene, options);
+    const Capsule rod{{0, 0, 0}, {0, 0, 50e-3F}, 0.5e-3F};
+    // every third at a vertex, every third at an edge
+    Eigen::Vector2f cell(2 + 4 * random(0), 2 + 4 * random(1));
+    for (int axis = 0; axis < shot % 3; ++axis) {
+      cell[axis] = std::round(cell[axis]);
+    }
+    const float speed = 0.1F + 0.9F * random(2);
+    const Eigen::Vector3f start(5e-3F * cell.x(), 5e-3F * cell.y(), 5e-3F);
+    const ToolId tool = solver.add_tool({&rod, 1}, at(start), kSmooth);
+    Eigen::Vector3f place = start;
+    while (place.z() > -5e-3F) {
+      place.z() = std::max(place.z() - speed * step, -5e-3F);
+      solver.move_tool(tool, at(place));
+      solver.step(step);
+    }
+    for (int i = 0; i < 10; ++i) {
+      solver.step(step);
+    }
+    passed += crosses(solver.positions(), mesh.triangles, place) ? 1 : 0;
+  }
+  return compare_to_zero(passed, shots);
+}
+
+}  // namespace
+
+std::vector<ContactCase> contact_cases() {
+  const Capsule tip{{0, 0, 0}, {0, 0, 20e-3F}, 1e-3F};
+  const Capsule shaft{{-10e-3F, 0, 0}, {10e-3F, 0, 0}, 1e-3F};
+  const char* const hertz = "Hertz 1882, ball of 5 mm, 1 mm deep, 10 kPa, 0.45";
+  const char* const finer = "edges of 0.3 mm";
+  std::vector<ContactCase> cases{
+      {"cube between plates, 2 %", "N", "uniaxial Neo-Hookean", 1, true, press_between_plates}};
+  for (const auto& [edges, limit] : {std::pair(2, 40.0), std::pair(4, 15.0), std::pair(8, 7.0)}) {
+    cases.push_back(
+        {"ball, " + std::to_string(edges) + " edges a contact's radius", "N", hertz, limit, false,
+         [edges = edges](const SolverOptions& options) { return press_ball(options, edges); }});
+  }
+  struct Place {
+    const char* name;
+    Eigen::Vector2f cells;
+  };
+  for (const Place& place : {Place{"a vertex", {0, 0}}, Place{"an edge", {0.5F, 0}},
+                             Place{"a triangle", {0.6F, 0.3F}}}) {
+    cases.push_back({"hook's tip of 1 mm above " + std::string(place.name) + " of 3 mm", "N", finer,
+                     35, false, [tip, place](const SolverOptions& options) {
+                       return press_hook(options, tip, place.cells);
+                     }});
+    cases.push_back({"hook's shaft of 1 mm above " + std::string(place.name) + " of 3 mm", "N",
+                     finer, 20, false, [shaft, place](const SolverOptions& options) {
+                       return press_hook(options, shaft, place.cells);
+                     }});
+  }
+  cases.push_back({"block sticks at 0.95 of the angle of friction, 1 s", "mm", "none of an edge",
+                   0.1, true, stick});
+  cases.push_back(
+      {"block slides at 1.3 of it, 1 s", "mm", "g (sin - mu cos) t^2 / 2", 2, true, slide});
+  cases.push_back(
+      {"block slides to a stop from 0.5 m/s", "mm", "v^2 / (2 mu g)", 2, true, slide_to_a_stop});
+  cases.push_back({"weight of a block", "N", "m g", 1, true, weigh});
+  cases.push_back(
+      {"overlap of a bar of 1 mm, 2 mm deep", "mm", "none of an edge", 1, true, overlap});
+  cases.push_back({"rods of 0.5 mm through a sheet, 0.1 to 1 m/s, steps of 5 ms", "passed",
+                   "none of 30", 0, true,
+                   [](const SolverOptions& options) { return shoot(options, 30, 5e-3F); }});
+  for (const auto& [step, name] :
+       {std::pair(1e-3F, "1 ms"), std::pair(5e-3F, "5 ms"), std::pair(16e-3F, "16 ms")}) {
+    cases.push_back(
+        {"rods of 0.5 mm through a sheet, 0.1 to 1 m/s, steps of " + std::string(name), "passed",
+         "none of 340", 0, false,
+         [step = step](const SolverOptions& options) { return shoot(options, 340, step); }});
+  }
+  return cases;
+}
+
+}  // namespace pbdsurg::bench
