@@ -11,6 +11,7 @@
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -122,6 +123,7 @@ class SerialStep {
         break;
       case StepOperation::ease_contacts:
         ease_contacts(step_.copy, part_.h);
+        ease_pieces(step_, part_.h);
         break;
     }
   }
