@@ -194,10 +194,13 @@ TEST_CASE("touched pieces: a block that falls comes to rest", "[validation]") {
   const double start = energy();
   double before = start, most = start, most_gain = 0;
   float deepest = 0, highest = 0;
+  double impulse = 0;
   bool has_landed = false;
+  const auto count = std::lround(2 / step);
 
-  for (int i = 0; i < std::lround(2 / step); ++i) {
+  for (int i = 0; i < count; ++i) {
     solver.step(step);
+    impulse -= step * solver.tool_force(table).z();
     deepest = std::min(deepest, lowest(solver));
     has_landed = has_landed || solver.tool_force(table).z() < 0;
     highest = has_landed ? std::max(highest, lowest(solver)) : 0;
@@ -214,6 +217,7 @@ TEST_CASE("touched pieces: a block that falls comes to rest", "[validation]") {
   }
   CHECK(most < start + 1e-4 * released);
   CHECK(solver.tool_force(table).z() == Approx(-kMass * kGravity).epsilon(1e-3));
+  CHECK(impulse == Approx(kMass * kGravity * count * step).epsilon(1e-3));
   for (const Vector3f& velocity : solver.velocities()) {
     REQUIRE(velocity.norm() < 1e-4F);
   }
@@ -250,6 +254,63 @@ TEST_CASE("touched pieces: a table feels what it takes from the momentum of a bl
   }
 
   CHECK(most < 1e-3 * kMass * kGravity * kStep);
+}
+
+// Would catch friction that knows how tissue goes, and not the tool, and a force that is not what a
+// body is carried by.
+TEST_CASE("touched pieces: a table that moves takes a block with it", "[validation]") {
+  const TimeIntegration integration = any_integration();
+  CAPTURE(static_cast<int>(integration));
+  constexpr float kFriction = 0.3F, kStep = 5e-3F, kSpeed = 0.5F, kRise = 2;
+  Solver solver(make_block(), vertex_blocks(integration));
+  const ToolId table = solver.add_half_space({}, kFriction);
+  run(solver, kStep, 0.5F);
+  const double before = mean_of(solver).x();
+  ToolPose pose = ToolPose::Identity();
+  const auto move = [&](float along, float up) {
+    pose.translation() += kStep * Eigen::Vector3f(along, 0, up);
+    solver.move_tool(table, pose);
+    solver.step(kStep);
+  };
+
+  for (int i = 0; i < 100; ++i) {
+    move(kSpeed, 0);
+  }
+  const double lag = pose.translation().x() - (mean_of(solver).x() - before);
+  double force = 0;
+  for (int i = 1; i <= 60; ++i) {
+    move(kSpeed, static_cast<float>(i) * kStep * kRise);
+    force -= i > 20 ? solver.tool_force(table).z() / 40 : 0;
+  }
+
+  CHECK(lag == Approx(kSpeed * kSpeed / (2 * kFriction * kGravity)).epsilon(0.02));
+  CHECK(force == Approx(kMass * (kGravity + kRise)).epsilon(0.01));
+}
+
+// Would catch contacts of one tool that hold against another.
+TEST_CASE("touched pieces: who pushes a block along a table feels its friction", "[validation]") {
+  const TimeIntegration integration = any_integration();
+  CAPTURE(static_cast<int>(integration));
+  constexpr float kFriction = 0.3F, kStep = 5e-3F, kSpeed = 0.1F;
+  Solver solver(make_block(), vertex_blocks(integration));
+  const ToolId table = solver.add_half_space({}, kFriction);
+  run(solver, kStep, 0.5F);
+  const Capsule bar{{0, -0.1F, 0}, {0, 0.1F, 0}, 2e-3F};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(-2.5e-3F, 10e-3F, 4e-3F);
+  const ToolId pusher = solver.add_tool({&bar, 1}, pose, {ContactFeatures::all, 0});
+
+  double pushed = 0, dragged = 0;
+  for (int i = 0; i < 100; ++i) {
+    pose.translation().x() += kSpeed * kStep;
+    solver.move_tool(pusher, pose);
+    solver.step(kStep);
+    pushed -= i < 50 ? 0 : solver.tool_force(pusher).x() / 50;
+    dragged += i < 50 ? 0 : solver.tool_force(table).x() / 50;
+  }
+
+  CHECK(pushed == Approx(kFriction * kMass * kGravity).epsilon(0.01));
+  CHECK(dragged == Approx(kFriction * kMass * kGravity).epsilon(0.01));
 }
 
 // Would catch bodies that share a motion, or contacts that are counted for another body.

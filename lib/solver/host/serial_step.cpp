@@ -122,8 +122,8 @@ class SerialStep {
         keep_past(step_, 0, vertex_count);
         break;
       case StepOperation::ease_contacts:
+        ease_pieces(step_);
         ease_contacts(step_.copy, part_.h);
-        ease_pieces(step_, part_.h);
         break;
     }
   }

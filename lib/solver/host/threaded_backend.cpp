@@ -441,8 +441,8 @@ class ThreadedBackend final : public Backend {
     }
     meet(turn);
     if (turn.thread == 0) {
+      ease_pieces(turn.step);
       ease_contacts(turn.step.copy, turn.step.data.part.h);
-      ease_pieces(turn.step, turn.step.data.part.h);
     }
     if (!turn.is_idle()) {
       meet(turn);

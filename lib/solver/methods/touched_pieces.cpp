@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/moving_piece.h"
 #include "lib/solver/methods/rigid_balance.h"
 #include "lib/solver/methods/surface_contacts.h"
@@ -37,13 +38,13 @@ void for_each_touched(const StepContext& step, const Visit& visit) {
   }
 }
 
-// Calls visit(contact, friction) for those of a piece.
+// Calls visit(contact, tool) for those of a piece.
 template <class Visit>
 void for_each_contact(const StepContext& step, const MovingPiece& piece, const Visit& visit) {
   piece.for_each_hold([&](const VertexHold& hold) {
     if (hold.corner == 0) {
-      const ToolState& tool = step.copy.tools[hold.tool];
-      visit(tool.surface_contacts[hold.entry], tool.surface.friction);
+      ToolState& tool = step.copy.tools[hold.tool];
+      visit(tool.surface_contacts[hold.entry], tool);
     }
   });
 }
@@ -63,7 +64,7 @@ void find_rigid_contacts(const StepContext& step, const MovingPiece& piece,
   std::vector<RigidContact>& contacts = step.scratch.rigid_contacts;
   contacts.clear();
   const MovingVertices vertices = moving_vertices(step);
-  for_each_contact(step, piece, [&](const SurfaceContact& contact, float friction) {
+  for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& tool) {
     const ContactReading<float> now = read_contact(vertices, contact);
     if (!std::isfinite(now.gap) || !is_finite_way(now.slip)) {
       return;
@@ -73,7 +74,7 @@ void find_rigid_contacts(const StepContext& step, const MovingPiece& piece,
                         to_double(contact.normal),
                         {now.gap, to_double(now.slip)},
                         {contact.multiplier, to_double(contact.friction)},
-                        friction,
+                        tool.surface.friction,
                         static_cast<double>(contact.stiffness) / inverse_dt_squared});
   });
 }
@@ -89,6 +90,52 @@ void move(const StepContext& step, const MovingPiece& piece, const RigidMove& ri
       point = moved_point(point, before, after);
     }
   }
+}
+
+// What the contacts of a piece have pushed it by, about the origin.
+MomentumSums pushes_on(const StepContext& step, const MovingPiece& piece) {
+  const auto position = [&](Index place) { return to_double(load(step.copy.particles[place])); };
+  MomentumSums sums;
+  for (const Index place : piece.places()) {
+    if (piece.counts(place)) {
+      sums.add(1 / static_cast<double>(step.copy.particles[place].w), position(place), {0, 0, 0});
+    }
+  }
+  for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& /*tool*/) {
+    const Vec3<double> push = to_double(contact.multiplier * contact.normal);
+    sums.gain = sums.gain + push;
+    sums.moment = sums.moment + cross(arm_at(contact, position), push);
+  });
+  return sums;
+}
+
+// What is to change of velocities, 1/s, times a rigid motion.
+struct Easing {
+  double now;     // <= 0
+  double before;  // >= 0
+};
+
+// As eased() has it of a vertex along a normal.
+Easing easing_along(const StepContext& step, const MovingPiece& piece, const RigidMove& pushed,
+                    float h) {
+  const CopyState& copy = step.copy;
+  double square = 0, speed = 0, mean = 0, speed_before = 0;
+  for (const Index place : piece.places()) {
+    if (piece.counts(place)) {
+      const Particle& p = copy.particles[place];
+      const double mass = 1 / static_cast<double>(p.w);
+      const Vec3<double> along = to_double(part_of(pushed, to_double(load(p))));
+      square += mass * dot(along, along);
+      speed += mass * dot(along, to_double(load(copy.velocities[place])));
+      mean += mass * dot(along, to_double(load(copy.ways[place]))) / h;
+      speed_before += mass * dot(along, to_double(load(copy.velocities_before[place])));
+    }
+  }
+  if (!(square > 0)) {
+    return {0, 0};
+  }
+  const double now = std::min(0.0, mean - speed) / square;
+  return {now, std::max(0.0, (speed - speed_before) / square + now)};
 }
 
 void add(Velocity& velocity, const Vec3<float>& more) {
@@ -112,46 +159,26 @@ void balance_pieces(const StepContext& step, const Substep<float>& lengths) {
   });
 }
 
-void ease_pieces(const StepContext& step, float h) {
+void ease_pieces(const StepContext& step) {
   CopyState& copy = step.copy;
-  const auto position = [&](Index place) { return to_double(load(copy.particles[place])); };
-  const auto mass = [&](Index place) { return 1 / static_cast<double>(copy.particles[place].w); };
+  const StepPart& part = step.data.part;
   for_each_touched(step, [&](const MovingPiece& piece) {
-    MomentumSums sums;
+    const RigidMove pushed = pushes_on(step, piece).rigid_move();
+    const Easing easing = easing_along(step, piece, pushed, part.h);
     for (const Index place : piece.places()) {
       if (piece.counts(place)) {
-        sums.add(mass(place), position(place), {0, 0, 0});
+        const Vec3<float> along = part_of(pushed, to_double(load(copy.particles[place])));
+        add(copy.velocities[place], static_cast<float>(easing.now) * along);
+        add(copy.velocities_before[place], static_cast<float>(easing.before) * along);
       }
     }
-    for_each_contact(step, piece, [&](const SurfaceContact& contact, float /*friction*/) {
-      const Vec3<double> push = to_double(contact.multiplier * contact.normal);
-      sums.gain = sums.gain + push;
-      sums.moment = sums.moment + cross(arm_at(contact, position), push);
+    // in substeps of one length these velocities count so much for all that are to come
+    const double rate = (1.5 * easing.now - 0.5 * easing.before) / (part.h * part.per_step);
+    const auto scale = static_cast<float>(rate * copy.factors.density);
+    for_each_contact(step, piece, [&](SurfaceContact& contact, ToolState& tool) {
+      contact.is_eased = true;
+      feel_contact(contact, contact.multiplier * contact.normal, scale, tool);
     });
-    const RigidMove pushed = sums.rigid_move();
-    // along that, per square of it
-    double square = 0, speed = 0, mean = 0, speed_before = 0;
-    for (const Index place : piece.places()) {
-      if (piece.counts(place)) {
-        const Vec3<double> along = mass(place) * to_double(part_of(pushed, position(place)));
-        square += dot(along, along) / mass(place);
-        speed += dot(along, to_double(load(copy.velocities[place])));
-        mean += dot(along, to_double(load(copy.ways[place]))) / h;
-        speed_before += dot(along, to_double(load(copy.velocities_before[place])));
-      }
-    }
-    if (!(square > 0)) {
-      return;
-    }
-    const double less = std::min(0.0, mean - speed) / square;
-    const double gain = std::max(0.0, (speed - speed_before) / square + less);
-    for (const Index place : piece.places()) {
-      if (piece.counts(place)) {
-        const Vec3<float> part = part_of(pushed, position(place));
-        add(copy.velocities[place], static_cast<float>(less) * part);
-        add(copy.velocities_before[place], static_cast<float>(gain) * part);
-      }
-    }
   });
 }
 

@@ -24,8 +24,8 @@ void balance_pieces(const StepContext& step, const Substep<float>& lengths);
 
 /// At the end of a substep of BDF2: as eased() (displacement.h) does for vertices, makes each
 /// touched piece no faster away from what pushes it than on its way, and forget that it became so.
-/// It goes by the rigid motion that the pushes of its contacts give it.
-/// @param h  s, of the substep
-void ease_pieces(const StepContext& step, float h);
+/// It goes by the rigid motion that the pushes of its contacts give it, and tools feel the momentum
+/// that this takes.
+void ease_pieces(const StepContext& step);
 
 }  // namespace pbdsurg
