@@ -2,7 +2,10 @@
 // Free bodies on the surfaces of tools: how they rest, stick, slide and fall.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 

@@ -4,7 +4,6 @@
 /// @file
 /// A free piece of tissue within a substep of vertex blocks, on a host.
 
-#include <algorithm>
 #include <span>
 #include <vector>
 

@@ -8,8 +8,9 @@
 /// too: see rigid_balance.h.
 ///
 /// What a tool holds or touches without a surface has no such motion, and neither has what custom
-/// constraints push from outside. One after another, in one order; costs a pass over the vertices
-/// of touched pieces, and some twenty over their contacts.
+/// constraints push from outside. One after another, in one order, by one thread. Cost, after each
+/// sweep: two passes over the vertices of touched pieces and some twenty over their contacts, which
+/// is a sixth of the step of a flat block that lies on a third of its vertices.
 
 #include "pbdsurg/constraints/projection.h"
 
