@@ -13,7 +13,7 @@
 
 #include "bench/support/static_energy.h"
 #include "tests/support/catch.h"
-#include "tests/support/meshes.h"
+#include "tests/support/free_block.h"
 
 namespace pbdsurg {
 namespace {
@@ -22,64 +22,17 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using testing::Approx;
 
-constexpr float kGravity = 9.81F;
-constexpr double kEdge = 5e-3;
-constexpr std::array<Index, 3> kCells{4, 4, 2};
-constexpr double kMass = 4e-3;  // kg, of such a block
-
-TimeIntegration any_integration() {
-  return GENERATE(TimeIntegration::implicit_euler, TimeIntegration::bdf2);
-}
-
-SolverOptions vertex_blocks(TimeIntegration integration) {
-  return {.method = SolverMethod::vertex_block,
-          .integration = integration,
-          .executor = executor::serial()};
-}
-
-Material tissue(float stiffness = 20e3F) {
-  return {.model = ElasticModel::neo_hookean,
-          .youngs_modulus = stiffness,
-          .poissons_ratio = 0.4F,
-          .damping = 0.01F};
-}
-
-TetMesh placed_box(std::array<Index, 3> cells, double edge, const Eigen::Affine3d& pose) {
-  const TetMesh box = testing::make_box(cells, edge);
-  std::vector<Vector3d> positions;
-  for (const Vector3d& x : box.positions()) {
-    positions.push_back(pose * x);
-  }
-  return {positions, {box.tets().begin(), box.tets().end()}};
-}
-
-Scene make_block(const Eigen::Affine3d& pose = Eigen::Affine3d::Identity()) {
-  Scene scene;
-  scene.add_body("block", placed_box(kCells, kEdge, pose), tissue());
-  scene.set_gravity({0, 0, -kGravity});
-  return scene;
-}
-
-// Of a table that is tilted around y, as who lies on it sees it.
-Vector3f gravity_on(float slope) {
-  return kGravity * Vector3f(std::sin(slope), 0, -std::cos(slope));
-}
-
-void run(Solver& solver, float step, float seconds) {
-  for (int i = 0; i < std::lround(seconds / step); ++i) {
-    solver.step(step);
-  }
-}
-
-Vector3d mean_of(const Solver& solver, Index first = 0, Index count = 0) {
-  const std::vector<Vector3f> x = solver.positions();
-  Vector3d sum = Vector3d::Zero();
-  const Index last = count > 0 ? first + count : solver.vertex_count();
-  for (Index v = first; v < last; ++v) {
-    sum += x[v].cast<double>();
-  }
-  return sum / (last - first);
-}
+using testing::gravity_on;
+using testing::kBlockCells;
+using testing::kBlockEdge;
+using testing::kBlockMass;
+using testing::kGravity;
+using testing::make_free_block;
+using testing::mean_of;
+using testing::placed_box;
+using testing::run;
+using testing::tissue;
+using testing::vertex_blocks;
 
 float lowest(const Solver& solver) {
   float low = 1;
@@ -94,12 +47,12 @@ float lowest(const Solver& solver) {
 // Would catch sweeps that end early and hold to the slope what slides, friction that does not slide
 // or slides freely, and forces that are not those that decide the motion.
 TEST_CASE("touched pieces: a block slides down a slope as it must", "[validation]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   const float step = GENERATE(5e-3F, 16e-3F);
   const float friction = GENERATE(0.1F, 0.3F, 0.6F);
   CAPTURE(static_cast<int>(integration), step, friction);
   const float slope = 1.3F * std::atan(friction);
-  Scene scene = make_block();
+  Scene scene = make_free_block();
   scene.set_gravity(gravity_on(slope).cwiseProduct(Vector3f::UnitZ()));
   Solver solver(scene, vertex_blocks(integration));
   const ToolId table = solver.add_half_space({}, friction);
@@ -120,19 +73,19 @@ TEST_CASE("touched pieces: a block slides down a slope as it must", "[validation
   const double distance =
       kGravity / 2 * (std::sin(slope) - friction * std::cos(slope)) * time * time;
   CHECK(mean_of(solver).x() - before == Approx(distance).epsilon(0.02));
-  const double weight = kMass * kGravity * std::cos(slope);
+  const double weight = kBlockMass * kGravity * std::cos(slope);
   CHECK(force.z() == Approx(-weight).epsilon(0.01));
   CHECK(force.x() == Approx(friction * weight).epsilon(0.01));
-  CHECK(deepest > -1e-2 * kEdge);
+  CHECK(deepest > -1e-2 * kBlockEdge);
 }
 
 // Would catch friction that creeps, or a rigid motion that breaks it loose.
 TEST_CASE("touched pieces: below the angle of friction a block stays", "[validation]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   const float step = GENERATE(5e-3F, 16e-3F);
   CAPTURE(static_cast<int>(integration), step);
   constexpr float kFriction = 0.3F;
-  Scene scene = make_block();
+  Scene scene = make_free_block();
   scene.set_gravity(gravity_on(0.95F * std::atan(kFriction)));
   Solver solver(scene, vertex_blocks(integration));
   const ToolId slope = solver.add_half_space({}, kFriction);
@@ -142,16 +95,16 @@ TEST_CASE("touched pieces: below the angle of friction a block stays", "[validat
   run(solver, step, 1);
 
   CHECK((mean_of(solver) - before).norm() < 1e-6);
-  const Vector3d weight = kMass * scene.gravity().cast<double>();
+  const Vector3d weight = kBlockMass * scene.gravity().cast<double>();
   CHECK((solver.tool_force(slope).cast<double>() - weight).norm() < 1e-3 * weight.norm());
 }
 
 // Would catch friction that goes on when a body stands, or ends before.
 TEST_CASE("touched pieces: a block that is pushed stops after v^2 / (2 mu g)", "[validation]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   constexpr float kFriction = 0.3F, kSpeed = 1, kStep = 5e-3F;
   CAPTURE(static_cast<int>(integration));
-  Solver solver(make_block(), vertex_blocks(integration));
+  Solver solver(make_free_block(), vertex_blocks(integration));
   solver.add_half_space({}, kFriction);
   run(solver, kStep, 0.5F);
   const double before = mean_of(solver).x();
@@ -169,14 +122,14 @@ TEST_CASE("touched pieces: a block that is pushed stops after v^2 / (2 mu g)", "
 // Would catch what bounces off a table, sinks into it, gains energy there, or weighs something
 // else.
 TEST_CASE("touched pieces: a block that falls comes to rest", "[validation]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   const float step = GENERATE(5e-3F, 16e-3F);
   const double tilt = GENERATE(0.0, 0.3);
   CAPTURE(static_cast<int>(integration), step, tilt);
   constexpr double kFall = 5e-3;
   Eigen::Affine3d pose(Eigen::AngleAxisd(tilt, Vector3d::UnitY()));
-  pose.pretranslate(Vector3d(0, 0, kFall + kCells[0] * kEdge * std::sin(tilt)));
-  const Scene scene = make_block(pose);
+  pose.pretranslate(Vector3d(0, 0, kFall + kBlockCells[0] * kBlockEdge * std::sin(tilt)));
+  const Scene scene = make_free_block(pose);
   Solver solver(scene, vertex_blocks(integration));
   const ToolId table = solver.add_half_space({}, 0.3F);
   const bench::StaticEnergy potential(scene);
@@ -193,7 +146,7 @@ TEST_CASE("touched pieces: a block that falls comes to rest", "[validation]") {
     }
     return sum;
   };
-  const double released = kMass * kGravity * kFall;
+  const double released = kBlockMass * kGravity * kFall;
   const double start = energy();
   double before = start, most = start, most_gain = 0;
   float deepest = 0, highest = 0;
@@ -213,14 +166,14 @@ TEST_CASE("touched pieces: a block that falls comes to rest", "[validation]") {
     before = now;
   }
 
-  CHECK(deepest > -1e-2 * kEdge);
+  CHECK(deepest > -1e-2 * kBlockEdge);
   CHECK(highest < 0.01 * kFall);
   if (integration == TimeIntegration::implicit_euler) {
     CHECK(most_gain < 1e-4 * released);
   }
   CHECK(most < start + 1e-4 * released);
-  CHECK(solver.tool_force(table).z() == Approx(-kMass * kGravity).epsilon(1e-3));
-  CHECK(impulse == Approx(kMass * kGravity * count * step).epsilon(1e-3));
+  CHECK(solver.tool_force(table).z() == Approx(-kBlockMass * kGravity).epsilon(1e-3));
+  CHECK(impulse == Approx(kBlockMass * kGravity * count * step).epsilon(1e-3));
   for (const Vector3f& velocity : solver.velocities()) {
     REQUIRE(velocity.norm() < 1e-4F);
   }
@@ -232,7 +185,7 @@ TEST_CASE("touched pieces: a table feels what it takes from the momentum of a bl
   constexpr float kStep = 5e-3F;
   Eigen::Affine3d pose(Eigen::AngleAxisd(0.3, Vector3d(1, 1, 0).normalized()));
   pose.pretranslate(Vector3d(0, 0, 10e-3));
-  Solver solver(make_block(pose), vertex_blocks(TimeIntegration::implicit_euler));
+  Solver solver(make_free_block(pose), vertex_blocks(TimeIntegration::implicit_euler));
   const ToolId table = solver.add_half_space({}, 0.5F);
   const std::span<const double> masses = solver.tissue().masses();
   const auto momentum = [&] {
@@ -250,80 +203,23 @@ TEST_CASE("touched pieces: a table feels what it takes from the momentum of a bl
   for (int i = 0; i < 100; ++i) {
     solver.step(kStep);
     const Vector3d now = momentum();
-    const Vector3d weight = kMass * kGravity * -Vector3d::UnitZ();
+    const Vector3d weight = kBlockMass * kGravity * -Vector3d::UnitZ();
     const Vector3d push = weight - solver.tool_force(table).cast<double>();
     most = std::max(most, (now - before - kStep * push).norm());
     before = now;
   }
 
-  CHECK(most < 1e-3 * kMass * kGravity * kStep);
-}
-
-// Would catch friction that knows how tissue goes, and not the tool, and a force that is not what a
-// body is carried by.
-TEST_CASE("touched pieces: a table that moves takes a block with it", "[validation]") {
-  const TimeIntegration integration = any_integration();
-  CAPTURE(static_cast<int>(integration));
-  constexpr float kFriction = 0.3F, kStep = 5e-3F, kSpeed = 0.5F, kRise = 2;
-  Solver solver(make_block(), vertex_blocks(integration));
-  const ToolId table = solver.add_half_space({}, kFriction);
-  run(solver, kStep, 0.5F);
-  const double before = mean_of(solver).x();
-  ToolPose pose = ToolPose::Identity();
-  const auto move = [&](float along, float up) {
-    pose.translation() += kStep * Eigen::Vector3f(along, 0, up);
-    solver.move_tool(table, pose);
-    solver.step(kStep);
-  };
-
-  for (int i = 0; i < 100; ++i) {
-    move(kSpeed, 0);
-  }
-  const double lag = pose.translation().x() - (mean_of(solver).x() - before);
-  double force = 0;
-  for (int i = 1; i <= 60; ++i) {
-    move(kSpeed, static_cast<float>(i) * kStep * kRise);
-    force -= i > 20 ? solver.tool_force(table).z() / 40 : 0;
-  }
-
-  CHECK(lag == Approx(kSpeed * kSpeed / (2 * kFriction * kGravity)).epsilon(0.02));
-  CHECK(force == Approx(kMass * (kGravity + kRise)).epsilon(0.01));
-}
-
-// Would catch contacts of one tool that hold against another.
-TEST_CASE("touched pieces: who pushes a block along a table feels its friction", "[validation]") {
-  const TimeIntegration integration = any_integration();
-  CAPTURE(static_cast<int>(integration));
-  constexpr float kFriction = 0.3F, kStep = 5e-3F, kSpeed = 0.1F;
-  Solver solver(make_block(), vertex_blocks(integration));
-  const ToolId table = solver.add_half_space({}, kFriction);
-  run(solver, kStep, 0.5F);
-  const Capsule bar{{0, -0.1F, 0}, {0, 0.1F, 0}, 2e-3F};
-  ToolPose pose = ToolPose::Identity();
-  pose.translation() = Eigen::Vector3f(-2.5e-3F, 10e-3F, 4e-3F);
-  const ToolId pusher = solver.add_tool({&bar, 1}, pose, {ContactFeatures::all, 0});
-
-  double pushed = 0, dragged = 0;
-  for (int i = 0; i < 100; ++i) {
-    pose.translation().x() += kSpeed * kStep;
-    solver.move_tool(pusher, pose);
-    solver.step(kStep);
-    pushed -= i < 50 ? 0 : solver.tool_force(pusher).x() / 50;
-    dragged += i < 50 ? 0 : solver.tool_force(table).x() / 50;
-  }
-
-  CHECK(pushed == Approx(kFriction * kMass * kGravity).epsilon(0.01));
-  CHECK(dragged == Approx(kFriction * kMass * kGravity).epsilon(0.01));
+  CHECK(most < 1e-3 * kBlockMass * kGravity * kStep);
 }
 
 // Would catch bodies that share a motion, or contacts that are counted for another body.
 TEST_CASE("touched pieces: bodies of different size and stiffness slide each for itself",
           "[validation]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   CAPTURE(static_cast<int>(integration));
   constexpr float kFriction = 0.3F, kStep = 5e-3F;
   const float slope = 1.3F * std::atan(kFriction);
-  Scene scene = make_block();
+  Scene scene = make_free_block();
   const Index first_count = scene.vertex_count();
   scene.add_body("other",
                  placed_box({3, 2, 2}, 4e-3, Eigen::Affine3d(Eigen::Translation3d(0, 50e-3, 0))),
@@ -353,7 +249,7 @@ TEST_CASE("touched pieces: bodies of different size and stiffness slide each for
 // planes bear 1 / sqrt(2) of the weight each, so friction is sqrt(2) times that of a plane.
 TEST_CASE("touched pieces: a bar slides in a groove of two tools, or sticks there",
           "[validation]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   const float share = GENERATE(0.95F, 1.3F);
   CAPTURE(static_cast<int>(integration), share);
   constexpr float kFriction = 0.2F, kStep = 5e-3F;
@@ -361,7 +257,7 @@ TEST_CASE("touched pieces: a bar slides in a groove of two tools, or sticks ther
   const float slope = share * std::atan(effective);
   Scene scene;
   scene.add_body("bar",
-                 placed_box({4, 3, 3}, kEdge,
+                 placed_box({4, 3, 3}, kBlockEdge,
                             Eigen::Affine3d(Eigen::AngleAxisd(std::atan(1.0), Vector3d::UnitX()))),
                  tissue());
   scene.set_gravity({0, 0, -kGravity * std::cos(slope)});
@@ -384,14 +280,15 @@ TEST_CASE("touched pieces: a bar slides in a groove of two tools, or sticks ther
     const double distance = kGravity / 2 * (std::sin(slope) - effective * std::cos(slope));
     CHECK(gone == Approx(distance).epsilon(0.02));
   }
-  const double weight = 36 * 1000 * kEdge * kEdge * kEdge * kGravity * std::cos(slope);
+  const double weight =
+      36 * 1000 * kBlockEdge * kBlockEdge * kBlockEdge * kGravity * std::cos(slope);
   CHECK((solver.tool_force(left) + solver.tool_force(right)).z() == Approx(-weight).epsilon(0.01));
 }
 
 // Would catch a motion that depends on who computes it, or that a snapshot leaves out.
 TEST_CASE("touched pieces: any number of threads has the serial bits, and a snapshot goes on",
           "[determinism]") {
-  const TimeIntegration integration = any_integration();
+  const TimeIntegration integration = testing::any_integration();
   CAPTURE(static_cast<int>(integration));
   const auto hash = [&](Executor executor, bool restores) {
     SolverOptions options = vertex_blocks(integration);
@@ -399,7 +296,7 @@ TEST_CASE("touched pieces: any number of threads has the serial bits, and a snap
     options.math = MathMode::strict;
     Eigen::Affine3d pose(Eigen::AngleAxisd(0.3, Vector3d::UnitY()));
     pose.pretranslate(Vector3d(0, 0, 8e-3));
-    Scene scene = make_block(pose);
+    Scene scene = make_free_block(pose);
     scene.set_gravity(gravity_on(0.6F));
     Solver solver(scene, options);
     solver.add_half_space({}, 0.3F);

@@ -92,10 +92,16 @@ void move(const StepContext& step, const MovingPiece& piece, const RigidMove& ri
   }
 }
 
-// What the contacts of a piece have pushed it by, about the origin.
-MomentumSums pushes_on(const StepContext& step, const MovingPiece& piece) {
+// What the contacts of a piece have pushed it by.
+struct Pushes {
+  MomentumSums sums;  // about the origin
+  double total = 0;   // kg m, without directions
+};
+
+Pushes pushes_on(const StepContext& step, const MovingPiece& piece) {
   const auto position = [&](Index place) { return to_double(load(step.copy.particles[place])); };
-  MomentumSums sums;
+  Pushes pushes;
+  MomentumSums& sums = pushes.sums;
   for (const Index place : piece.places()) {
     if (piece.counts(place)) {
       sums.add(1 / static_cast<double>(step.copy.particles[place].w), position(place), {0, 0, 0});
@@ -103,10 +109,11 @@ MomentumSums pushes_on(const StepContext& step, const MovingPiece& piece) {
   }
   for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& /*tool*/) {
     const Vec3<double> push = to_double(contact.multiplier * contact.normal);
+    pushes.total += contact.multiplier;
     sums.gain = sums.gain + push;
     sums.moment = sums.moment + cross(arm_at(contact, position), push);
   });
-  return sums;
+  return pushes;
 }
 
 // What is to change of velocities, 1/s, times a rigid motion.
@@ -115,9 +122,10 @@ struct Easing {
   double before;  // >= 0
 };
 
-// As eased() has it of a vertex along a normal.
-Easing easing_along(const StepContext& step, const MovingPiece& piece, const RigidMove& pushed,
-                    float h) {
+// As eased() has it of a vertex along a normal; less where pushes cancel each other, as those of
+// jaws do.
+Easing easing_along(const StepContext& step, const MovingPiece& piece, const Pushes& pushes,
+                    const RigidMove& pushed, float h) {
   const CopyState& copy = step.copy;
   double square = 0, speed = 0, mean = 0, speed_before = 0;
   for (const Index place : piece.places()) {
@@ -134,8 +142,10 @@ Easing easing_along(const StepContext& step, const MovingPiece& piece, const Rig
   if (!(square > 0)) {
     return {0, 0};
   }
-  const double now = std::min(0.0, mean - speed) / square;
-  return {now, std::max(0.0, (speed - speed_before) / square + now)};
+  const double share = std::min(1.0, square * pushes.sums.mass / (pushes.total * pushes.total));
+  const double less = std::max(0.0, speed - mean);
+  const double gain = std::max(0.0, speed - less - speed_before);
+  return {-share * less / square, share * gain / square};
 }
 
 void add(Velocity& velocity, const Vec3<float>& more) {
@@ -163,8 +173,9 @@ void ease_pieces(const StepContext& step) {
   CopyState& copy = step.copy;
   const StepPart& part = step.data.part;
   for_each_touched(step, [&](const MovingPiece& piece) {
-    const RigidMove pushed = pushes_on(step, piece).rigid_move();
-    const Easing easing = easing_along(step, piece, pushed, part.h);
+    const Pushes pushes = pushes_on(step, piece);
+    const RigidMove pushed = pushes.sums.rigid_move();
+    const Easing easing = easing_along(step, piece, pushes, pushed, part.h);
     for (const Index place : piece.places()) {
       if (piece.counts(place)) {
         const Vec3<float> along = part_of(pushed, to_double(load(copy.particles[place])));
