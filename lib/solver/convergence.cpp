@@ -16,6 +16,7 @@
 
 #include "lib/solver/host/serial_step.h"
 #include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/momentum.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/constraint_kinds.h"
 #include "lib/solver/solver_checks.h"
@@ -27,10 +28,6 @@ namespace pbdsurg {
 namespace {
 
 using Vector = Vec3<double>;
-
-Vector to_double(const Vec3<float>& v) {
-  return {v.x, v.y, v.z};
-}
 
 double norm(const Vector& v) {
   return std::sqrt(dot(v, v));

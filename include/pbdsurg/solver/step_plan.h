@@ -48,7 +48,7 @@ enum class PhaseKind : std::uint8_t {
   /// alone.
   vertex,
   attachment,  ///< grasped vertices, one attachment a vertex
-  contact,     ///< vertices against one tool
+  contact,     ///< vertices against one tool; of vertex blocks, the surfaces of all tools
   custom,      ///< a set of CustomConstraints
 };
 

@@ -11,6 +11,7 @@
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
@@ -186,8 +187,12 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
       project_attachments(step, phase.color, substep);
       break;
     case PhaseKind::contact:
-      project_contacts(step, phase.color);
-      answer_surface_contacts(step, phase.color, substep);
+      if (moves_vertices(step.data.options)) {
+        answer_surface_contacts(step, substep);
+      } else {
+        project_contacts(step, phase.color);
+        project_surface_contacts(step, phase.color);
+      }
       break;
   }
 }

@@ -11,6 +11,7 @@
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -121,6 +122,7 @@ class SerialStep {
         keep_past(step_, 0, vertex_count);
         break;
       case StepOperation::ease_contacts:
+        ease_pieces(step_);
         ease_contacts(step_.copy, part_.h);
         break;
     }

@@ -22,6 +22,7 @@
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -440,6 +441,7 @@ class ThreadedBackend final : public Backend {
     }
     meet(turn);
     if (turn.thread == 0) {
+      ease_pieces(turn.step);
       ease_contacts(turn.step.copy, turn.step.data.part.h);
     }
     if (!turn.is_idle()) {

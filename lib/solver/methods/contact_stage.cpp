@@ -40,6 +40,14 @@ PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end)};
 }
 
+// Of a force on tissue, at a point of the scene.
+void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
+  if (force.allFinite() && point.allFinite()) {  // a vertex that is lost has none
+    tool.force -= force;
+    tool.torque -= (point - tool.placed.translation()).cross(force);
+  }
+}
+
 void find_contacts_of(const MovingVertices& vertices, Index count,
                       const std::vector<Capsule>& capsules, std::size_t capacity,
                       std::vector<Contact>& contacts, StepReport& report) {
@@ -125,24 +133,21 @@ void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
   // see substep_numbers()
   const float scale = force_per_multiplier * step.copy.factors.stiffness;
   for (ToolState& tool : step.copy.tools) {
-    const Eigen::Vector3f origin = tool.placed.translation();
-    const auto add = [&](const Eigen::Vector3f& force, const Eigen::Vector3f& point) {
-      if (force.allFinite() && point.allFinite()) {  // a vertex that is lost has none
-        tool.force -= force;
-        tool.torque -= (point - origin).cross(force);
-      }
-    };
     for (const Contact& contact : tool.contacts) {
-      add((scale * contact.multiplier) * contact.normal, contact.point);
+      feel((scale * contact.multiplier) * contact.normal, contact.point, tool);
     }
     for (const SurfaceContact& contact : tool.surface_contacts) {
-      add(scale * vector_of(contact.multiplier * contact.normal + contact.friction),
-          vector_of(contact.point));
+      feel_contact(contact, contact.multiplier * contact.normal + contact.friction, scale, tool);
     }
     for (const Attachment& attachment : tool.attachments) {
-      add(scale * attachment.multiplier, attachment.target);
+      feel(scale * attachment.multiplier, attachment.target, tool);
     }
   }
+}
+
+void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float scale,
+                  ToolState& tool) {
+  feel(scale * vector_of(push), vector_of(contact.point), tool);
 }
 
 void remember_contacts(const StepContext& step, const Substep<float>& lengths) {

@@ -36,6 +36,10 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
 /// @param force_per_multiplier  1/s^2
 PBDSURG_API void collect_tool_forces(const StepContext& step, float force_per_multiplier);
 
+/// Adds to what a tool feels where a contact is: `scale` times a push on what it touches, kg m.
+void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float scale,
+                  ToolState& tool);
+
 /// Keeps what the next substep has to know of contacts.
 /// @param lengths  of this substep
 void remember_contacts(const StepContext& step, const Substep<float>& lengths);

@@ -5,9 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "lib/solver/methods/custom_constraints.h"
-#include "lib/solver/methods/momentum.h"
-#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/methods/moving_piece.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -179,41 +177,18 @@ std::size_t FreePieces::memory_bytes() const noexcept {
          (pieces_ != nullptr ? pieces_->memory_bytes() : 0);
 }
 
-void keep_momentum(const StepContext& step, Index piece) {
-  std::vector<Index> room;
-  const std::span<const Index> places =
-      has_custom(step) ? step.scratch.pushed.places(step.data.free_pieces, piece, room)
-                       : step.data.free_pieces.places(piece);
-  const auto count = static_cast<Index>(places.size());
-  const bool is_from_end = has_past(step.data.options);
-  const auto base = [&](Index place) { return load(step.copy.particles[place]); };
-  const auto moved = [&](Index place) { return load(step.scratch.displacements[place]); };
-  const auto flight = [&](Index place) { return load(step.scratch.flights[place]); };
-  const auto arm = [&](Index place) { return arm_of(base(place), moved(place), is_from_end); };
-  const auto counts = [&](Index place) {
-    return keeps_momentum(step.scratch.displacements[place].w, base(place), moved(place),
-                          flight(place));
-  };
-  std::array<MomentumSums, kMomentumSums> sums;
-  for (Index i = 0; i < count; ++i) {
-    const Index place = places[i];
-    if (step.scratch.first_holds[place] != kInvalidIndex) {
-      return;
-    }
-    if (counts(place)) {
-      sums[i % kMomentumSums].add(1 / static_cast<double>(step.scratch.displacements[place].w),
-                                  arm(place), to_double(moved(place) - flight(place)));
-    }
+void keep_momentum(const StepContext& step, Index index) {
+  const MovingPiece piece(step, index);
+  bool is_held = false;
+  piece.for_each_hold([&](const VertexHold&) { is_held = true; });
+  if (is_held) {
+    return;
   }
-  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
-    for (Index i = 0; i < half; ++i) {
-      sums[i].add(sums[i + half]);
-    }
-  }
-  const RigidMove move = sums[0].rigid_move();
-  for (const Index place : places) {
-    if (counts(place)) {
-      store(step.scratch.displacements[place], moved(place) - part_of(move, arm(place)));
+  const RigidMove move = piece.momentum().rigid_move();
+  for (const Index place : piece.places()) {
+    if (piece.counts(place)) {
+      Particle& p = step.scratch.displacements[place];
+      store(p, load(p) - part_of(move, piece.arm(place)));
     }
   }
 }

@@ -31,6 +31,12 @@ struct RigidMove {
   Vec3<double> centre;  ///< m, of mass
 };
 
+/// How masses lie around their centre.
+struct Inertia {
+  double xx, yy, zz, xy, xz, yz;  ///< kg m^2, a little more than nothing around a line
+  bool is_spread;  ///< else it is of a single vertex, or of several at one place, and does not turn
+};
+
 /// What some vertices have gained against their flights, and how their masses lie.
 struct MomentumSums {
   double mass = 0;                                        ///< kg
@@ -68,38 +74,54 @@ struct MomentumSums {
     yz = yz + other.yz;
   }
 
+  /// m, of mass.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<double> centre() const { return (1 / mass) * first; }
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE Inertia inertia() const {
+    const Vec3<double> c = centre();
+    // second moments about the centre
+    const double sxx = xx - c.x * first.x, syy = yy - c.y * first.y, szz = zz - c.z * first.z;
+    const double spread = sxx + syy + szz;
+    const double floor = kLeastInertia * spread;
+    return {syy + szz + floor,
+            sxx + szz + floor,
+            sxx + syy + floor,
+            -(xy - c.x * first.y),
+            -(xz - c.x * first.z),
+            -(yz - c.y * first.z),
+            spread > kLeastSpread * (xx + yy + zz)};
+  }
+
+  /// kg m^2, about the centre.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<double> moment_about_centre() const {
+    return moment - cross(centre(), gain);
+  }
+
   /// The rigid motion that has gain and moment. What lies on a line does not turn around it.
   [[nodiscard]] PBDSURG_HOST_DEVICE RigidMove rigid_move() const {
     RigidMove move{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
     if (!(mass > 0)) {
       return move;
     }
-    move.centre = (1 / mass) * first;
+    move.centre = centre();
     move.shift = (1 / mass) * gain;
-    const Vec3<double>& c = move.centre;
-    const Vec3<double> b = moment - cross(c, gain);
-    // second moments about the centre, and of these the inertia
-    const double sxx = xx - c.x * first.x, syy = yy - c.y * first.y, szz = zz - c.z * first.z;
-    const double spread = sxx + syy + szz;
-    if (!(spread > kLeastSpread * (xx + yy + zz))) {
-      return move;  // a single vertex, or several at one place
+    const Inertia i = inertia();
+    if (!i.is_spread) {
+      return move;
     }
-    const double floor = kLeastInertia * spread;
-    const double ixx = syy + szz + floor, iyy = sxx + szz + floor, izz = sxx + syy + floor;
-    const double ixy = -(xy - c.x * first.y), ixz = -(xz - c.x * first.z),
-                 iyz = -(yz - c.y * first.z);
+    const Vec3<double> b = moment_about_centre();
     // L D L^T
-    const double l10 = ixy / ixx;
-    const double l20 = ixz / ixx;
-    const double d1 = iyy - l10 * ixy;
-    const double rest = iyz - l10 * ixz;
+    const double l10 = i.xy / i.xx;
+    const double l20 = i.xz / i.xx;
+    const double d1 = i.yy - l10 * i.xy;
+    const double rest = i.yz - l10 * i.xz;
     const double l21 = rest / d1;
-    const double d2 = izz - l20 * ixz - l21 * rest;
+    const double d2 = i.zz - l20 * i.xz - l21 * rest;
     const double y = b.y - l10 * b.x;
     const double z = (b.z - l20 * b.x - l21 * y) / d2;
     move.turn.z = z;
     move.turn.y = y / d1 - l21 * z;
-    move.turn.x = b.x / ixx - l10 * move.turn.y - l20 * z;
+    move.turn.x = b.x / i.xx - l10 * move.turn.y - l20 * z;
     return move;
   }
 

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/contact_answer.h"
 #include "lib/solver/methods/held_vertex.h"
 #include "lib/solver/methods/loose_end.h"
+#include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
@@ -22,40 +24,14 @@ using Vector = Vec3<float>;
 // The stiffness of a contact over that of its corners, as far as its neighbours leave it alone.
 constexpr float kFirmness = 1;
 
-// Gap and slip of a contact now.
-struct Reading {
-  float gap;    // m
-  Vector slip;  // m, along the tool's surface
-};
-
-Reading read(const MovingVertices& vertices, const SurfaceContact& contact) {
-  Vector sum;
-  for (int k = 0; k < contact.feature.count(); ++k) {
-    sum = sum + contact.weights[k] * load(vertices.moving[contact.feature.places[k]]);
-  }
-  const Vector way = sum - contact.drift;
-  return {dot(contact.normal, sum) - contact.offset,
-          way - dot(contact.normal, way) * contact.normal};
+ContactAnswer<float> answer(const SurfaceContact& contact, float friction,
+                            const ContactReading<float>& reading, float scale, float stiffness) {
+  return contact_answer({scale * contact.multiplier, scale * contact.friction}, friction, reading,
+                        stiffness);
 }
 
-// What a contact does after a gap and a slip, in the unit of its multipliers.
-struct Answer {
-  float pushed;
-  Vector dragged;
-  float sticking;  // share of the drag that friction bears, at most 1
-};
-
-Answer answer(const SurfaceContact& contact, float friction, const Reading& reading, float scale,
-              float stiffness) {
-  const float trial = scale * contact.multiplier - stiffness * reading.gap;
-  Answer now{trial > 0 ? trial : 0.0F, {}, 0};
-  if (friction > 0 && trial > 0) {
-    const Vector drag = scale * contact.friction - stiffness * reading.slip;
-    const float square = dot(drag, drag), most = friction * now.pushed;
-    now.sticking = square > most * most ? most / std::sqrt(square) : 1.0F;
-    now.dragged = now.sticking * drag;
-  }
-  return now;
+bool is_finite(const ContactForce<float>& force) {
+  return std::isfinite(force.push) && is_finite_way(force.drag);
 }
 
 void move(const StepContext& step, const MovingVertices& vertices, const SurfaceContact& contact,
@@ -87,15 +63,16 @@ void project(const StepContext& step, SurfaceContact& contact, float friction) {
     return;
   }
   const auto project_once = [&](float mu) {
-    const Answer now = answer(contact, mu, read(vertices, contact), 1, 1 / yield);
-    if (!std::isfinite(now.pushed) || !is_finite_way(now.dragged)) {
+    const ContactForce<float> now =
+        answer(contact, mu, read_contact(vertices, contact), 1, 1 / yield).force;
+    if (!is_finite(now)) {
       return;
     }
-    const Vector drag = mu > 0 ? now.dragged - contact.friction : Vector{};
-    const Vector push = (now.pushed - contact.multiplier) * contact.normal + drag;
-    contact.multiplier = now.pushed;
+    const Vector drag = mu > 0 ? now.drag - contact.friction : Vector{};
+    const Vector push = (now.push - contact.multiplier) * contact.normal + drag;
+    contact.multiplier = now.push;
     if (mu > 0) {
-      contact.friction = now.dragged;
+      contact.friction = now.drag;
     }
     move(step, vertices, contact, push);
   };
@@ -124,6 +101,16 @@ float yield_of(const StepContext& step, const VertexState& state, Index place,
 
 }  // namespace
 
+ContactReading<float> read_contact(const MovingVertices& vertices, const SurfaceContact& contact) {
+  Vector sum;
+  for (int k = 0; k < contact.feature.count(); ++k) {
+    sum = sum + contact.weights[k] * load(vertices.moving[contact.feature.places[k]]);
+  }
+  const Vector way = sum - contact.drift;
+  return {dot(contact.normal, sum) - contact.offset,
+          way - dot(contact.normal, way) * contact.normal};
+}
+
 bool meets_surfaces(const StepContext& step) noexcept {
   return std::ranges::any_of(step.copy.tools, &ToolState::has_surface);
 }
@@ -131,7 +118,7 @@ bool meets_surfaces(const StepContext& step) noexcept {
 void begin_surface_contacts(const StepContext& step, const VertexState& state) {
   const MovingVertices vertices = moving_vertices(step);
   const auto is_likely = [&](const SurfaceContact& contact) {
-    return contact.multiplier > 0 || read(vertices, contact).gap < 0;
+    return contact.multiplier > 0 || read_contact(vertices, contact).gap < 0;
   };
   // What others do at a corner: how often it is pushed, in all.
   const auto pushes_at = [&](Index place, const SurfaceContact& own, float weight) {
@@ -163,35 +150,40 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
 void add_surface_contact(const StepContext& step, const SurfaceContact& contact, int corner,
                          float friction, float inverse_dt_squared, VertexEnergy<float>& energy) {
   const float stiffness = contact.stiffness;
-  const Answer now = answer(contact, friction, read(moving_vertices(step), contact),
-                            inverse_dt_squared, stiffness);
-  if (!(now.pushed > 0)) {
+  const auto [force, sticking] =
+      answer(contact, friction, read_contact(moving_vertices(step), contact), inverse_dt_squared,
+             stiffness);
+  if (!(force.push > 0)) {
     return;
   }
   const float weight = contact.weights[corner];
   const float square = weight * weight * stiffness;
-  energy.force = energy.force + weight * (now.pushed * contact.normal + now.dragged);
-  energy.isotropic = energy.isotropic + now.sticking * square;
-  energy.add_square((1 - now.sticking) * square, contact.normal);
+  energy.force = energy.force + weight * (force.push * contact.normal + force.drag);
+  energy.isotropic = energy.isotropic + sticking * square;
+  energy.add_square((1 - sticking) * square, contact.normal);
 }
 
-void answer_surface_contacts(const StepContext& step, Index tool_index,
-                             const Substep<float>& lengths) {
+void project_surface_contacts(const StepContext& step, Index tool_index) {
   ToolState& tool = step.copy.tools[tool_index];
-  if (!moves_vertices(step.data.options)) {
-    for (SurfaceContact& contact : tool.surface_contacts) {
-      project(step, contact, tool.surface.friction);
-    }
-    return;
+  for (SurfaceContact& contact : tool.surface_contacts) {
+    project(step, contact, tool.surface.friction);
   }
+}
+
+void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths) {
+  balance_pieces(step, lengths);
   const MovingVertices vertices = moving_vertices(step);
   const float square = 1 / lengths.inverse_dt_squared;
-  for (SurfaceContact& contact : tool.surface_contacts) {
-    const Answer now = answer(contact, tool.surface.friction, read(vertices, contact),
-                              lengths.inverse_dt_squared, contact.stiffness);
-    if (std::isfinite(now.pushed) && is_finite_way(now.dragged)) {
-      contact.multiplier = square * now.pushed;
-      contact.friction = square * now.dragged;
+  for (ToolState& tool : step.copy.tools) {
+    for (SurfaceContact& contact : tool.surface_contacts) {
+      const ContactForce<float> now =
+          answer(contact, tool.surface.friction, read_contact(vertices, contact),
+                 lengths.inverse_dt_squared, contact.stiffness)
+              .force;
+      if (is_finite(now)) {
+        contact.multiplier = square * now.push;
+        contact.friction = square * now.drag;
+      }
     }
   }
 }
@@ -199,7 +191,7 @@ void answer_surface_contacts(const StepContext& step, Index tool_index,
 void settle_surface_contacts(const StepContext& step) {
   for (ToolState& tool : step.copy.tools) {
     for (SurfaceContact& contact : tool.surface_contacts) {
-      if (read(moving_vertices(step), contact).gap < 0) {
+      if (read_contact(moving_vertices(step), contact).gap < 0) {
         project(step, contact, 0);
       }
     }

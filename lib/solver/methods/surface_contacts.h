@@ -9,17 +9,24 @@
 ///
 ///     lambda = max(0, lambda - k C)         friction = friction - k s, no longer than mu lambda
 ///
-/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0. What the
-/// last sweep leaves of C < 0, corners are moved out of by their masses.
+/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0. Before
+/// that, what nothing else holds moves rigidly to where these forces balance: see touched_pieces.h.
+/// What the last sweep leaves of C < 0, corners are moved out of by their masses.
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"
 
+#include "lib/solver/methods/contact_answer.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/tool_state.h"
 
 namespace pbdsurg {
+
+/// Where a contact is now.
+[[nodiscard]] ContactReading<float> read_contact(const MovingVertices& vertices,
+                                                 const SurfaceContact& contact);
 
 /// Whether a tool meets surfaces: see ToolState::has_surface().
 [[nodiscard]] bool meets_surfaces(const StepContext& step) noexcept;
@@ -32,9 +39,12 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state);
 void add_surface_contact(const StepContext& step, const SurfaceContact& contact, int corner,
                          float friction, float inverse_dt_squared, VertexEnergy<float>& energy);
 
-/// The phase of a tool's contacts, at the end of a sweep: projects them; of vertex blocks, takes
-/// over their forces.
-void answer_surface_contacts(const StepContext& step, Index tool, const Substep<float>& lengths);
+/// The phase of a tool's contacts, at the end of a sweep of projections.
+void project_surface_contacts(const StepContext& step, Index tool);
+
+/// That of all contacts, at the end of a sweep of vertex blocks: balances what they touch, see
+/// touched_pieces.h, and takes over their forces.
+void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths);
 
 /// After all sweeps of vertex blocks: moves what is still inside of tools out of them.
 void settle_surface_contacts(const StepContext& step);

@@ -210,7 +210,8 @@ void ease_contacts(CopyState& copy, float h) {
       }
     }
     for (const SurfaceContact& contact : tool.surface_contacts) {
-      for (int k = 0; k < contact.feature.count() && contact.multiplier > 0; ++k) {
+      const bool has_to = contact.multiplier > 0 && !contact.is_eased;
+      for (int k = 0; k < contact.feature.count() && has_to; ++k) {
         if (copy.particles[contact.feature.places[k]].w > 0) {
           ease(contact.feature.places[k], contact.normal);
         }

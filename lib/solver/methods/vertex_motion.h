@@ -79,7 +79,7 @@ void settle_vertices(const StepContext& step, const FreeMotion<float>& motion);
 void recall_past(const StepContext& step, float past_share, Index first, Index last);
 void keep_past(const StepContext& step, Index first, Index last);
 
-/// What tools push does not spring back.
+/// What tools push does not spring back; for pieces that ease_pieces() saw to, that is done.
 /// @param h  s, of the substep
 void ease_contacts(CopyState& copy, float h);
 

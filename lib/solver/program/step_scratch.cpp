@@ -86,16 +86,19 @@ void StepScratch::fit_ends(const SolverData& data) {
 }
 
 void StepScratch::reserve_holds(const SolverData& data) {
-  std::size_t most = 0;
+  std::size_t most = 0, most_rigid = 0;
   for (Index i = 0; i < data.copy_count(); ++i) {
-    std::size_t sum = 0;
+    std::size_t sum = 0, rigid = 0;
     for (const ToolState& tool : data.copy(i).tools) {
+      rigid += tool.surface_contacts.capacity();
       sum +=
           tool.attachments.size() + tool.contacts.capacity() + 3 * tool.surface_contacts.capacity();
     }
     most = std::max(most, sum);
+    most_rigid = std::max(most_rigid, rigid);
   }
   holds.reserve(most);
+  rigid_contacts.reserve(most_rigid);
 }
 
 void StepScratch::fit_beside(const SolverData& data) {
@@ -114,12 +117,13 @@ void StepScratch::fit_beside(const SolverData& data) {
 }
 
 std::size_t StepScratch::memory_bytes() const noexcept {
-  std::size_t bytes =
-      bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) + bytes_of(fixed_points) +
-      bytes_of(first_holds) + bytes_of(holds) + bytes_of(held) + bytes_of(end_ways) +
-      bytes_of(end_gives) + bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) + bytes_of(springs) +
-      bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
+  std::size_t bytes = bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) +
+                      bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
+                      bytes_of(held) + bytes_of(rigid_contacts) + bytes_of(end_ways) +
+                      bytes_of(end_gives) + bytes_of(end_shears) + bytes_of(linked) +
+                      bytes_of(lone_ends) + coarse.memory_bytes() + pushed.memory_bytes() +
+                      bytes_of(guards) + bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges) +
+                      bytes_of(strips) + bytes_of(triangles);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

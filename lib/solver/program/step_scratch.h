@@ -14,6 +14,7 @@
 
 #include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/pushed_pieces.h"
+#include "lib/solver/methods/rigid_balance.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -70,12 +71,13 @@ struct PBDSURG_API StepScratch {
   ForAllConstraints<MultiplierStore> multipliers;
 
   // of the vertex-block method
-  std::vector<Particle> flights;         ///< [place] see VertexState
-  std::vector<FixedPoint> fixed_points;  ///< [place] where displacements take vertices
-  std::vector<Index> first_holds;        ///< [place] or kInvalidIndex
-  std::vector<VertexHold> holds;         ///< of the current substep
-  std::vector<LaneBits> held;            ///< [block] lanes of vertices with holds
-  CoarseScratch coarse;                  ///< of its coarse correction, if it has one
+  std::vector<Particle> flights;             ///< [place] see VertexState
+  std::vector<FixedPoint> fixed_points;      ///< [place] where displacements take vertices
+  std::vector<Index> first_holds;            ///< [place] or kInvalidIndex
+  std::vector<VertexHold> holds;             ///< of the current substep
+  std::vector<LaneBits> held;                ///< [block] lanes of vertices with holds
+  std::vector<RigidContact> rigid_contacts;  ///< of one piece, see touched_pieces.h
+  CoarseScratch coarse;                      ///< of its coarse correction, if it has one
   // of its stiff links and custom constraints, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices

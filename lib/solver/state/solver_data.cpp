@@ -185,10 +185,8 @@ void SolverData::rebuild_plan() {
     plan.phases.push_back({PhaseKind::custom, set});
   }
   if (by_vertices) {  // tools act within it, but for what surfaces answer after a sweep
-    for (std::size_t tool = 0; tool < tools.size(); ++tool) {
-      if (tools[tool].has_surface()) {
-        plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
-      }
+    if (std::ranges::any_of(tools, &ToolState::has_surface)) {
+      plan.phases.push_back({PhaseKind::contact, 0});
     }
     return;
   }

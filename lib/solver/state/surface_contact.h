@@ -40,9 +40,10 @@ struct SurfaceContact {
   Vec3<float> point;               ///< m, in the scene, of the tool's surface
   /// m: sum(weights * u) of tissue that sticks to the tool
   Vec3<float> drift;
-  float multiplier = 0;  ///< kg m
-  Vec3<float> friction;  ///< kg m, multipliers along the tool's surface
-  float stiffness = 0;   ///< N/m, with which vertex blocks meet it
+  float multiplier = 0;   ///< kg m
+  Vec3<float> friction;   ///< kg m, multipliers along the tool's surface
+  float stiffness = 0;    ///< N/m, with which vertex blocks meet it
+  bool is_eased = false;  ///< with the piece that it touches: see ease_pieces()
 };
 
 /// What a substep leaves to the next of a contact.

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/moving_piece.h"
+
+#include <array>
+
+#include "lib/solver/methods/custom_constraints.h"
+#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+
+MovingPiece::MovingPiece(const StepContext& step, Index piece)
+    : step_(step),
+      places_(has_custom(step) ? step.scratch.pushed.places(step.data.free_pieces, piece, room_)
+                               : step.data.free_pieces.places(piece)),
+      is_from_end_(has_past(step.data.options)) {}
+
+bool MovingPiece::counts(Index place) const {
+  const Particle& p = step_.scratch.displacements[place];
+  return keeps_momentum(p.w, load(step_.copy.particles[place]), load(p),
+                        load(step_.scratch.flights[place]));
+}
+
+Vec3<double> MovingPiece::arm(Index place) const {
+  return arm_of(load(step_.copy.particles[place]), load(step_.scratch.displacements[place]),
+                is_from_end_);
+}
+
+MomentumSums MovingPiece::momentum() const {
+  std::array<MomentumSums, kMomentumSums> sums;
+  for (Index i = 0; i < static_cast<Index>(places_.size()); ++i) {
+    const Index place = places_[i];
+    const Particle& p = step_.scratch.displacements[place];
+    if (counts(place)) {
+      sums[i % kMomentumSums].add(1 / static_cast<double>(p.w), arm(place),
+                                  to_double(load(p) - load(step_.scratch.flights[place])));
+    }
+  }
+  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
+    for (Index i = 0; i < half; ++i) {
+      sums[i].add(sums[i + half]);
+    }
+  }
+  return sums[0];
+}
+
+}  // namespace pbdsurg

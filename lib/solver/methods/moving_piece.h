@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A free piece of tissue within a substep of vertex blocks, on a host.
+
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+
+#include "lib/solver/methods/momentum.h"
+#include "lib/solver/program/step_scratch.h"
+
+namespace pbdsurg {
+
+class MovingPiece {
+ public:
+  /// With custom constraints, all pieces that go with it; none if others have it: see
+  /// pushed_pieces.h.
+  MovingPiece(const StepContext& step, Index piece);
+  MovingPiece(const MovingPiece&) = delete;
+  MovingPiece& operator=(const MovingPiece&) = delete;
+
+  [[nodiscard]] std::span<const Index> places() const noexcept { return places_; }
+
+  /// Calls visit(hold) for what tools do at its vertices.
+  template <class Visit>
+  void for_each_hold(const Visit& visit) const {
+    for (const Index place : places_) {
+      for (Index h = step_.scratch.first_holds[place]; h != kInvalidIndex;
+           h = step_.scratch.holds[h].next) {
+        visit(step_.scratch.holds[h]);
+      }
+    }
+  }
+
+  /// See keeps_momentum() and arm_of().
+  [[nodiscard]] bool counts(Index place) const;
+  [[nodiscard]] Vec3<double> arm(Index place) const;
+
+  [[nodiscard]] MomentumSums momentum() const;
+
+ private:
+  const StepContext& step_;
+  std::vector<Index> room_;
+  std::span<const Index> places_;
+  bool is_from_end_;
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/touched_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/moving_piece.h"
+#include "lib/solver/methods/rigid_balance.h"
+#include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/methods/vertex_moves.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+// Calls visit(piece) for those that surfaces touch and nothing else holds.
+template <class Visit>
+void for_each_touched(const StepContext& step, const Visit& visit) {
+  if (std::ranges::all_of(step.copy.tools,
+                          [](const ToolState& tool) { return tool.surface_contacts.empty(); })) {
+    return;
+  }
+  for (Index i = 0; i < step.data.free_pieces.count(); ++i) {
+    const MovingPiece piece(step, i);
+    bool is_touched = false, is_held = false;
+    piece.for_each_hold([&](const VertexHold& hold) {
+      const bool touches = hold.kind == HoldKind::surface_contact;
+      is_touched = is_touched || touches;
+      is_held = is_held || !touches;
+    });
+    if (is_touched && !is_held) {
+      visit(piece);
+    }
+  }
+}
+
+// Calls visit(contact, tool) for those of a piece.
+template <class Visit>
+void for_each_contact(const StepContext& step, const MovingPiece& piece, const Visit& visit) {
+  piece.for_each_hold([&](const VertexHold& hold) {
+    if (hold.corner == 0) {
+      ToolState& tool = step.copy.tools[hold.tool];
+      visit(tool.surface_contacts[hold.entry], tool);
+    }
+  });
+}
+
+// The weighted sum of what arm(place) says of a contact's corners.
+template <class Arm>
+Vec3<double> arm_at(const SurfaceContact& contact, const Arm& arm) {
+  Vec3<double> sum{0, 0, 0};
+  for (int k = 0; k < contact.feature.count(); ++k) {
+    sum = sum + static_cast<double>(contact.weights[k]) * arm(contact.feature.places[k]);
+  }
+  return sum;
+}
+
+void find_rigid_contacts(const StepContext& step, const MovingPiece& piece,
+                         const Vec3<double>& centre, float inverse_dt_squared) {
+  std::vector<RigidContact>& contacts = step.scratch.rigid_contacts;
+  contacts.clear();
+  const MovingVertices vertices = moving_vertices(step);
+  for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& tool) {
+    const ContactReading<float> now = read_contact(vertices, contact);
+    if (!std::isfinite(now.gap) || !is_finite_way(now.slip)) {
+      return;
+    }
+    const Vec3<double> arm = arm_at(contact, [&](Index place) { return piece.arm(place); });
+    contacts.push_back({arm - centre,
+                        to_double(contact.normal),
+                        {now.gap, to_double(now.slip)},
+                        {contact.multiplier, to_double(contact.friction)},
+                        tool.surface.friction,
+                        static_cast<double>(contact.stiffness) / inverse_dt_squared});
+  });
+}
+
+void move(const StepContext& step, const MovingPiece& piece, const RigidMove& rigid) {
+  for (const Index place : piece.places()) {
+    Particle& p = step.scratch.displacements[place];
+    const Vec3<float> before = load(p);
+    const Vec3<float> after = before + part_of(rigid, piece.arm(place));
+    if (piece.counts(place) && is_finite_way(after)) {
+      store(p, after);
+      FixedPoint& point = step.scratch.fixed_points[place];
+      point = moved_point(point, before, after);
+    }
+  }
+}
+
+// What the contacts of a piece have pushed it by.
+struct Pushes {
+  MomentumSums sums;  // about the origin
+  double total = 0;   // kg m, without directions
+};
+
+Pushes pushes_on(const StepContext& step, const MovingPiece& piece) {
+  const auto position = [&](Index place) { return to_double(load(step.copy.particles[place])); };
+  Pushes pushes;
+  MomentumSums& sums = pushes.sums;
+  for (const Index place : piece.places()) {
+    if (piece.counts(place)) {
+      sums.add(1 / static_cast<double>(step.copy.particles[place].w), position(place), {0, 0, 0});
+    }
+  }
+  for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& /*tool*/) {
+    const Vec3<double> push = to_double(contact.multiplier * contact.normal);
+    pushes.total += contact.multiplier;
+    sums.gain = sums.gain + push;
+    sums.moment = sums.moment + cross(arm_at(contact, position), push);
+  });
+  return pushes;
+}
+
+// What is to change of velocities, 1/s, times a rigid motion.
+struct Easing {
+  double now;     // <= 0
+  double before;  // >= 0
+};
+
+// As eased() has it of a vertex along a normal; less where pushes cancel each other, as those of
+// jaws do.
+Easing easing_along(const StepContext& step, const MovingPiece& piece, const Pushes& pushes,
+                    const RigidMove& pushed, float h) {
+  const CopyState& copy = step.copy;
+  double square = 0, speed = 0, mean = 0, speed_before = 0;
+  for (const Index place : piece.places()) {
+    if (piece.counts(place)) {
+      const Particle& p = copy.particles[place];
+      const double mass = 1 / static_cast<double>(p.w);
+      const Vec3<double> along = to_double(part_of(pushed, to_double(load(p))));
+      square += mass * dot(along, along);
+      speed += mass * dot(along, to_double(load(copy.velocities[place])));
+      mean += mass * dot(along, to_double(load(copy.ways[place]))) / h;
+      speed_before += mass * dot(along, to_double(load(copy.velocities_before[place])));
+    }
+  }
+  if (!(square > 0)) {
+    return {0, 0};
+  }
+  const double share = std::min(1.0, square * pushes.sums.mass / (pushes.total * pushes.total));
+  const double less = std::max(0.0, speed - mean);
+  const double gain = std::max(0.0, speed - less - speed_before);
+  return {-share * less / square, share * gain / square};
+}
+
+void add(Velocity& velocity, const Vec3<float>& more) {
+  const Vec3<float> sum = load(velocity) + more;
+  velocity = {sum.x, sum.y, sum.z};
+}
+
+}  // namespace
+
+void balance_pieces(const StepContext& step, const Substep<float>& lengths) {
+  for_each_touched(step, [&](const MovingPiece& piece) {
+    const MomentumSums sums = piece.momentum();
+    if (!(sums.mass > 0)) {
+      return;
+    }
+    find_rigid_contacts(step, piece, sums.centre(), lengths.inverse_dt_squared);
+    const std::vector<RigidContact>& contacts = step.scratch.rigid_contacts;
+    const Screw twist =
+        RigidBalance(sums, contacts.data(), static_cast<Index>(contacts.size())).twist();
+    move(step, piece, {twist.linear, twist.angular, sums.centre()});
+  });
+}
+
+void ease_pieces(const StepContext& step) {
+  CopyState& copy = step.copy;
+  const StepPart& part = step.data.part;
+  for_each_touched(step, [&](const MovingPiece& piece) {
+    const Pushes pushes = pushes_on(step, piece);
+    const RigidMove pushed = pushes.sums.rigid_move();
+    const Easing easing = easing_along(step, piece, pushes, pushed, part.h);
+    for (const Index place : piece.places()) {
+      if (piece.counts(place)) {
+        const Vec3<float> along = part_of(pushed, to_double(load(copy.particles[place])));
+        add(copy.velocities[place], static_cast<float>(easing.now) * along);
+        add(copy.velocities_before[place], static_cast<float>(easing.before) * along);
+      }
+    }
+    // in substeps of one length these velocities count so much for all that are to come
+    const double rate = (1.5 * easing.now - 0.5 * easing.before) / (part.h * part.per_step);
+    const auto scale = static_cast<float>(rate * copy.factors.density);
+    for_each_contact(step, piece, [&](SurfaceContact& contact, ToolState& tool) {
+      contact.is_eased = true;
+      feel_contact(contact, contact.multiplier * contact.normal, scale, tool);
+    });
+  });
+}
+
+}  // namespace pbdsurg
