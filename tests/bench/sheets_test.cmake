@@ -13,3 +13,10 @@ foreach(row RANGE 13)
     message(SEND_ERROR "row ${row} is off by ${error} %")
   endif()
 endforeach()
+
+# Would catch a cost that is no time: of sweeps that a step leaves out, or without tetrahedra.
+string(JSON count LENGTH "${json}" sheet_cost)
+expect("rows" "${count}" 2)
+foreach(row RANGE 1)
+  expect_positive(sheet_cost ${row} tetrahedron_ns triangle without_hinge)
+endforeach()
