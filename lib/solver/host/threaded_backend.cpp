@@ -22,6 +22,8 @@
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touch_response.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -360,10 +362,11 @@ class ThreadedBackend final : public Backend {
         damp_rows(turn);
         break;
       case StepOperation::meet_surfaces:  // few contacts, of rows that all have damped
-        if (meets_surfaces(step)) {
+        if (meets_surfaces(step) || has_touches(step)) {
           meet(turn);
           if (thread == 0) {
             begin_surface_contacts(step, vertex_state(step, lengths, 1));
+            begin_touches(step, vertex_state(step, lengths, 1));
           }
         }
         break;
@@ -389,11 +392,12 @@ class ThreadedBackend final : public Backend {
         push_vertices(vertex_state(step, lengths, 1), turn);
         break;
       case StepOperation::settle_holds:  // few: all have met since the sweeps
-        if (has_holds_to_settle(step) || meets_surfaces(step)) {
+        if (has_holds_to_settle(step) || meets_surfaces(step) || has_touches(step)) {
           if (thread == 0) {
             if (has_holds_to_settle(step)) {
               settle_holds(step, vertex_state(step, lengths, 1));
             }
+            settle_touches(step);
             settle_surface_contacts(step);
           }
           meet(turn);
@@ -596,6 +600,9 @@ class ThreadedBackend final : public Backend {
         displace(part);
       }
     });
+    if (has_touches(step)) {
+      stage(1, [&](Index) { see_touches(step); });
+    }
     if (!turn.is_idle()) {
       meet(turn);
     }

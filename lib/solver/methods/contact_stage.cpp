@@ -3,6 +3,7 @@
 
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
@@ -117,6 +118,7 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
                      report);
     report.contacts += static_cast<Index>(tool.contacts.size());
   }
+  find_touches(step, lengths, report);
 }
 
 void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
@@ -149,6 +151,7 @@ void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
   for (ToolState& tool : step.copy.tools) {
     remember_contacts(tool, lengths.inverse_dt_squared);
   }
+  remember_touches(step, lengths);
 }
 
 void end_tools(CopyState& copy) {

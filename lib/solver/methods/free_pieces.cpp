@@ -7,6 +7,8 @@
 
 #include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/momentum.h"
+#include "lib/solver/methods/touch_response.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
@@ -182,8 +184,9 @@ std::size_t FreePieces::memory_bytes() const noexcept {
 void keep_momentum(const StepContext& step, Index piece) {
   std::vector<Index> room;
   const std::span<const Index> places =
-      has_custom(step) ? step.scratch.pushed.places(step.data.free_pieces, piece, room)
-                       : step.data.free_pieces.places(piece);
+      has_custom(step) || has_touches(step)
+          ? step.scratch.pushed.places(step.data.free_pieces, piece, room)
+          : step.data.free_pieces.places(piece);
   const auto count = static_cast<Index>(places.size());
   const bool is_from_end = has_past(step.data.options);
   const auto base = [&](Index place) { return load(step.copy.particles[place]); };
@@ -197,7 +200,7 @@ void keep_momentum(const StepContext& step, Index piece) {
   std::array<MomentumSums, kMomentumSums> sums;
   for (Index i = 0; i < count; ++i) {
     const Index place = places[i];
-    if (step.scratch.first_holds[place] != kInvalidIndex) {
+    if (!is_touched_alone(step, place)) {
       return;
     }
     if (counts(place)) {
