@@ -476,6 +476,91 @@ TEST_CASE("body contact: a body meets itself if it is to", "[validation]") {
   }
 }
 
+// Would catch a sheet that is met from one side alone, and folds that pass through each other: the
+// upper half of a strip falls on the lower one, and a block on both.
+TEST_CASE("body contact: a folded sheet carries a block", "[validation]") {
+  const SolverMethod method = any_method();
+  CAPTURE(static_cast<int>(method));
+  constexpr Index kLong = 12, kWide = 4;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Triangle> triangles;
+  for (Index i = 0; i <= kLong; ++i) {  // from the far end of the lower half to that of the upper
+    for (Index j = 0; j <= kWide; ++j) {
+      const Index from_fold = std::abs(i - kLong / 2);
+      points.emplace_back(4e-3 * from_fold, 4e-3 * j, i <= kLong / 2 ? 0 : 1.2e-3 * from_fold);
+    }
+  }
+  for (Index i = 0; i < kLong; ++i) {
+    for (Index j = 0; j < kWide; ++j) {
+      const Index a = i * (kWide + 1) + j, b = a + kWide + 1;
+      triangles.push_back({a, b, b + 1});
+      triangles.push_back({a, b + 1, a + 1});
+    }
+  }
+  Scene scene;
+  scene.set_gravity({0, 0, -9.81F});
+  const BodyId sheet = scene.add_sheet("sheet", points, triangles, {});
+  std::vector<Index> lower;
+  for (Index v = 0; v < (kLong / 2) * (kWide + 1); ++v) {
+    lower.push_back(v);
+  }
+  scene.fix_vertices(sheet, lower);
+  scene.add_body("block", moved(testing::make_box({2, 2, 2}, 4e-3), {10e-3, 4e-3, 9e-3}), kSoft);
+  Solver solver(scene, {.method = method});
+  solver.set_body_contact(0, 0, {kContact.thickness, 0.3F});
+  solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
+
+  for (int i = 0; i < 300; ++i) {
+    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+  }
+
+  const std::vector<Vector3f> x = solver.positions();
+  float lowest = 1;  // of the upper half, beyond the fold
+  for (Index v = (kLong / 2 + 2) * (kWide + 1); v < static_cast<Index>(points.size()); ++v) {
+    lowest = std::min(lowest, x[v].z());
+  }
+  float block = 1;
+  for (const Index v : solver.tissue().vertices_of(1)) {
+    block = std::min(block, x[v].z());
+  }
+  CAPTURE(lowest, block, fastest(solver));
+  CHECK(lowest > 0.9F * kContact.thickness);
+  CHECK(block > 1.5F * kContact.thickness);
+  CHECK(block < 6e-3F);
+  CHECK(fastest(solver) < 0.05F);
+}
+
+// Would catch surfaces that cannot take a body that comes, and pairs of one that an undo took.
+TEST_CASE("body contact: bodies that come meet those that were there") {
+  const SolverMethod method = any_method();
+  CAPTURE(static_cast<int>(method));
+  Solver solver(make_stack(0.5e-3), {.method = method});
+  solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
+  for (int i = 0; i < 60; ++i) {
+    solver.step(kStep);
+  }
+  TopologyEdit edit;
+  edit.new_bodies.add_body("third",
+                           moved(testing::make_box({2, 2, 2}, 4e-3), {11e-3, 11e-3, 24e-3}), kSoft);
+
+  solver.tissue().apply(edit);
+  solver.set_body_contact(2, 1, {kContact.thickness, 0.3F});
+  solver.step(kStep);
+  solver.tissue().undo();
+  CHECK_THROWS_WITH(solver.set_body_contact(2, 1, kContact), ContainsSubstring("body 2"));
+  solver.step(kStep);
+  solver.tissue().apply(edit);
+  solver.set_body_contact(2, 1, {kContact.thickness, 0.3F});
+  for (int i = 0; i < 160; ++i) {
+    solver.step(kStep);
+  }
+
+  const float height = mean(solver, 2).z() - mean(solver, 1).z();
+  CHECK(height > 7e-3F);
+  CHECK(height < 9e-3F);
+  CHECK(fastest(solver) < 0.01F);
+}
+
 // Would catch input that is taken without a word.
 TEST_CASE("body contact: bad input is refused, and nothing is changed") {
   Solver solver(make_stack(1e-3));
