@@ -323,10 +323,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   for (int i = 0; i < 20; ++i) {
     other.step(kStep);
   }
-  if (method == SolverMethod::projection) {
-    CHECK(other.state_hash() == untouched.state_hash());
-  }
-  CHECK((mean(other, 1) - mean(untouched, 1)).norm() < 1e-6F);
+  CHECK(other.state_hash() == untouched.state_hash());
 }
 
 // Would catch a snapshot or a compaction that leaves out which side a vertex is on, or which force
@@ -340,7 +337,7 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
     solver.step(kStep);
   }
   REQUIRE(sum_of(solver).pushing > 0);
-  const Snapshot snapshot = solver.snapshot();
+  Snapshot snapshot = solver.snapshot();
   CHECK(snapshot.body_contacts.size() == solver.body_contacts().size());
   for (int i = 0; i < 30; ++i) {
     solver.step(kStep);
@@ -352,6 +349,15 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
     solver.step(kStep);
   }
   CHECK(solver.state_hash() == hash);
+
+  Solver fresh(make_stack(0.5e-3), {.method = method});
+  fresh.set_body_contact(0, 1, {kContact.thickness, 0.3F});
+  snapshot.tissue = fresh.tissue().identified_version();
+  fresh.restore(snapshot);
+  for (int i = 0; i < 30; ++i) {
+    fresh.step(kStep);
+  }
+  CHECK(fresh.state_hash() == hash);
 
   const float height = mean(solver, 1).z();
   Compaction compaction(solver);

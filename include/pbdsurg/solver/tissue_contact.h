@@ -21,7 +21,8 @@ struct TissueContact {
 
 /// A vertex of one body on a triangle of another, or of the same.
 struct BodyContact {
-  Index first, second;            ///< bodies of the tissue: the vertex's, then the triangle's
+  Index first;                    ///< the vertex's body, of the tissue
+  Index second;                   ///< the triangle's, likewise
   std::array<Index, 4> vertices;  ///< scene vertices: the vertex, then the triangle's corners
   std::array<float, 3> weights;   ///< of these corners at the point below; their sum is one
   Eigen::Vector3f point;          ///< m, in the scene, of the triangle

@@ -365,6 +365,7 @@ class ThreadedBackend final : public Backend {
         if (meets_surfaces(step) || has_touches(step)) {
           meet(turn);
           if (thread == 0) {
+            damp_held_volumes(turn);
             begin_surface_contacts(step, vertex_state(step, lengths, 1));
             begin_touches(step, vertex_state(step, lengths, 1));
           }
@@ -669,6 +670,16 @@ class ThreadedBackend final : public Backend {
     if (turn.step.data.vertex_blocks.has_damping() && kernels_.damp_volumes != nullptr) {
       kernels_.damp_volumes(damped_rows(turn.step), turn.state.bases, turn.state.carries,
                             turn.state.substep.inverse_dt, block);
+    }
+  }
+
+  // Of what is held: who asks how it yields sees all its rows.
+  void damp_held_volumes(const Turn& turn) {
+    const std::vector<LaneBits>& held = turn.step.scratch.held;
+    for (Index block = 0; block < turn.step.data.vertex_blocks.block_count(); ++block) {
+      if (held[block] != 0) {
+        damp_volumes(turn, block);
+      }
     }
   }
 

@@ -17,7 +17,7 @@ std::pair<Index, Index> ids_of(const ContactPair& pair) {
 
 // The smallest place first, wound as before.
 PlaceTriangle turned(PlaceTriangle triangle) {
-  std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+  std::rotate(triangle.begin(), std::ranges::min_element(triangle), triangle.end());
   return triangle;
 }
 
