@@ -454,7 +454,7 @@ template <RecordOf<SolverMotion> Record, class Visit>
 void visit_members(Record& motion, Visit& visit) {
   auto& [copies, watched_places, steps_since_convergence, gravity, body_gravities, contact_pairs] =
       motion;
-  visit(copies, watched_places, steps_since_convergence, gravity, body_gravities, contact_pairs);
+  visit(copies, watched_places, steps_since_convergence, contact_pairs, gravity, body_gravities);
 }
 
 }  // namespace pbdsurg
