@@ -54,8 +54,9 @@ inline constexpr int kHolderCount = 9;
     case PhaseKind::vertex:
     case PhaseKind::attachment:
     case PhaseKind::contact:
+    case PhaseKind::body_contact:
     case PhaseKind::custom:
-      break;  // the last four have no records
+      break;  // the last five have no records
   }
   return Holder::volume;
 }
@@ -83,8 +84,9 @@ inline constexpr int kHolderCount = 9;
     case PhaseKind::vertex:
     case PhaseKind::attachment:
     case PhaseKind::contact:
+    case PhaseKind::body_contact:
     case PhaseKind::custom:
-      break;  // the last four have no records
+      break;  // the last five have no records
   }
   return DeviceArray::volumes;
 }

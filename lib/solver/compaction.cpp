@@ -38,6 +38,29 @@ void renumber(std::vector<RememberedContact>& contacts, const std::vector<Index>
   std::ranges::sort(contacts, {}, &RememberedContact::feature);
 }
 
+// @param places  as above
+void renumber(std::vector<RememberedTouch>& touches, const std::vector<Index>& places,
+              const std::vector<Index>& bodies) {
+  for (RememberedTouch& touch : touches) {
+    touch.slot = {places[touch.slot.place], bodies[touch.slot.body]};
+  }
+  std::erase_if(touches, [](const RememberedTouch& touch) {
+    return touch.slot.place == kInvalidIndex || touch.slot.body == kInvalidIndex;
+  });
+  std::ranges::sort(touches, {}, &RememberedTouch::slot);
+}
+
+void move_pairs(const ContactBodies& from, ContactBodies& to, const std::vector<Index>& bodies) {
+  std::vector<ContactPair> pairs;
+  for (const ContactPair& pair : from.pairs()) {
+    const Index first = bodies[pair.first], second = bodies[pair.second];
+    if (first != kInvalidIndex && second != kInvalidIndex) {
+      pairs.push_back({std::min(first, second), std::max(first, second), pair.contact});
+    }
+  }
+  to.replace(std::move(pairs));
+}
+
 void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) {
   for (Index i = 0; i < from.copy_count(); ++i) {
     const CopyState& before = from.copy(i);
@@ -75,6 +98,8 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
       tool.surface_contacts.clear();
       renumber(tool.remembered, places);
     }
+    now.touches.remembered = before.touches.remembered;
+    renumber(now.touches.remembered, places, ids.bodies);
     now.attachment_colors = before.attachment_colors;
     now.watched_positions = before.watched_positions;
     now.last_report = renumbered(before.last_report, ids);
@@ -86,6 +111,10 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
   }
   to.set_body_gravities(*to.tissue, std::move(gravities));
   to.reserve_tools();
+  move_pairs(from.contact_bodies, to.contact_bodies, ids.bodies);
+  if (!to.contact_bodies.empty()) {
+    to.reserve_touches();
+  }
   to.step_in_flight = from.step_in_flight;
   to.report = renumbered(from.report, ids);
   set_substep_rule(to.substep_rule, to);

@@ -234,6 +234,11 @@ void leave_out_rigid(const SolverData& data, Ending& ending) {
 }
 
 void leave_out_held(const SolverData& data, const CopyState& copy, Ending& ending) {
+  for (const TissueTouch& touch : copy.touches.contacts) {
+    for (const Index place : touch.places) {
+      ending.counts[place] = false;
+    }
+  }
   for (const ToolState& tool : copy.tools) {
     for (const Attachment& attachment : tool.attachments) {
       ending.counts[data.place_of_vertex[attachment.vertex]] = false;
@@ -282,6 +287,8 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   const float h = dt / static_cast<float>(division.substeps);
 
   data.custom.begin_step(data);
+  data.surface.refresh(*data.tissue);
+  data.contact_bodies.refresh(*data.tissue, data.surface, data.place_of_vertex);
   CopyState probe = now;
   for (ToolState& tool : probe.tools) {
     tool.target = tool.pose;

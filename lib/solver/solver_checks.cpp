@@ -10,6 +10,7 @@
 
 #include "lib/base/check.h"
 #include "lib/base/describe.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
@@ -74,6 +75,29 @@ void check_meets_surfaces(const SolverData& data) {
   }
   if (is_explicit(data.options)) {
     throw InvalidArgument("in explicit steps tools meet vertices alone, without friction");
+  }
+}
+
+void check_contact_pair(const ContactPair& pair, const SolverData& data) {
+  for (const Index body : {pair.first, pair.second}) {
+    check_id("body", body, data.tissue->bodies().size());
+  }
+  const auto& [thickness, friction] = pair.contact;
+  if (!(thickness > 0) || !std::isfinite(thickness)) {
+    throw InvalidArgument("the thickness of contact between bodies " + std::to_string(pair.first) +
+                          " and " + std::to_string(pair.second) + " is " + describe(thickness) +
+                          " m; it must be positive and finite");
+  }
+  check_surface({ContactFeatures::all, friction});
+  if (data.backend->keeps_state()) {
+    throw BackendUnavailable("on a device bodies do not meet each other");
+  }
+  if (is_explicit(data.options)) {
+    throw InvalidArgument("in explicit steps bodies do not meet each other");
+  }
+  if (has_past(data.options)) {
+    throw InvalidArgument(
+        "with BDF2 bodies do not meet each other: it remembers how they moved before");
   }
 }
 

@@ -38,6 +38,12 @@ void check_surface(const ToolSurface& surface);
 /// @throws InvalidArgument     if it takes explicit steps
 void check_meets_surfaces(const SolverData& data);
 
+/// @throws InvalidArgument     naming the body that there is not, or the thickness or friction out
+/// of
+///                             range, or if the solver takes explicit steps or BDF2
+/// @throws BackendUnavailable  if it is on a device
+void check_contact_pair(const ContactPair& pair, const SolverData& data);
+
 /// @throws InvalidArgument  unless it is in [0, kLargestCompliance]
 void check_grasp_compliance(float compliance);
 

@@ -74,6 +74,9 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
                 solver.tissue().bodies().size());
     std::ranges::for_each(motion.body_gravities, check_gravity);
   }
+  for (const ContactPair& pair : motion.contact_pairs) {
+    check_contact_pair(pair, data);
+  }
   check_range("steps_since_convergence", motion.steps_since_convergence, 0,
               std::max(0, data.options.convergence_interval - 1));
   for (const SolverMotion::OfCopy& own : motion.copies) {
@@ -94,6 +97,7 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
 // Of one that tools have not touched.
 CopyState without_tools(CopyState state) {
   state.tools.clear();
+  state.touches = {};
   state.attachment_colors = 0;
   state.watched_positions.clear();
   state.last_report = {};
@@ -185,6 +189,8 @@ SolverMotion motion_of(const Solver& solver) {
   motion.steps_since_convergence = data.steps_since_convergence;
   motion.gravity = data.gravity;
   motion.body_gravities = data.body_gravities;
+  motion.contact_pairs.assign(data.contact_bodies.pairs().begin(),
+                              data.contact_bodies.pairs().end());
   return motion;
 }
 
@@ -210,8 +216,12 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
     state.last_report = own.report;
     solver.set_factors(own.factors, i);
   }
-  if (std::ranges::any_of(data.tools, &ToolState::has_surface)) {
+  data.contact_bodies.replace(motion.contact_pairs);
+  if (std::ranges::any_of(data.tools, &ToolState::has_surface) || !data.contact_bodies.empty()) {
     data.surface.begin(solver.tissue());
+  }
+  if (!data.contact_bodies.empty()) {
+    data.reserve_touches();
   }
   data.reserve_tools();
   data.changes.tools = data.changes.watched = true;
@@ -219,7 +229,8 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
 }
 
 std::size_t memory_bytes(const SolverMotion& motion) noexcept {
-  std::size_t bytes = bytes_of(motion.watched_places) + bytes_of(motion.body_gravities);
+  std::size_t bytes = bytes_of(motion.watched_places) + bytes_of(motion.body_gravities) +
+                      bytes_of(motion.contact_pairs);
   for (const SolverMotion::OfCopy& copy : motion.copies) {
     const Snapshot& snapshot = copy.snapshot;
     bytes += bytes_of(snapshot.positions) + bytes_of(snapshot.velocities) +

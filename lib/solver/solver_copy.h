@@ -18,6 +18,7 @@
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/program/backend.h"
 #include "lib/solver/sets/constraint_sets.h"
+#include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/solver_state.h"
 
 namespace pbdsurg {
@@ -66,6 +67,7 @@ struct SolverMotion {
   Index steps_since_convergence;
   Eigen::Vector3f gravity;
   std::vector<Eigen::Vector3f> body_gravities;
+  std::vector<ContactPair> contact_pairs;  // of bodies
 };
 
 [[nodiscard]] PBDSURG_API SolverMotion motion_of(const Solver& solver);

@@ -16,6 +16,7 @@
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/remembered_contacts.h"
+#include "lib/solver/state/remembered_touches.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -184,6 +185,7 @@ Snapshot Solver::snapshot(Index copy) const {
   }
   snapshot.forces = forces(copy);
   snapshot.contacts = contacts_of(*data_, state);
+  snapshot.body_contacts = touches_of(*data_, state);
   return snapshot;
 }
 
@@ -222,6 +224,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     check_pose(pose);
   }
   check_contacts(snapshot.contacts, state.tools, state.particles.size());
+  check_touches(snapshot.body_contacts, state.particles.size(), tissue().bodies().size());
   for (const float share : snapshot.falling) {
     if (!(share >= 0) || !(share <= 1)) {
       throw InvalidArgument("a share of gravity in the snapshot is " + std::to_string(share) +
@@ -259,6 +262,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     tool.torque.setZero();
   }
   set_contacts(snapshot.contacts, *data_, state);
+  set_touches(snapshot.body_contacts, *data_, state);
   state.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();

@@ -367,13 +367,18 @@ void visit_members(Record& burner, Visit& visit) {
 
 // motion
 
+template <RecordOf<SnapshotBodyContact> Record, class Visit>
+void visit_members(Record& contact, Visit& visit) {
+  auto& [vertex, body, normal, force, friction] = contact;
+  visit(vertex, body, normal, force, friction);
+}
 // of the tissue that it is restored to
 template <RecordOf<Snapshot> Record, class Visit>
 void visit_members(Record& snapshot, Visit& visit) {
   auto& [positions, velocities, tool_poses, tissue, falling, roundings, past_substep, ways,
-         velocities_before, forces, contacts] = snapshot;  // tools have the last
+         velocities_before, forces, contacts, body_contacts] = snapshot;  // tools have `contacts`
   visit(positions, velocities, tool_poses, falling, roundings, past_substep, ways);
-  visit(velocities_before, forces);
+  visit(velocities_before, forces, body_contacts);
 }
 template <RecordOf<Capsule> Record, class Visit>
 void visit_members(Record& capsule, Visit& visit) {
@@ -435,10 +440,21 @@ void visit_members(Record& copy, Visit& visit) {
   auto& [snapshot, tools, watched_positions, report, factors] = copy;
   visit(snapshot, tools, watched_positions, report, factors);
 }
+template <RecordOf<TissueContact> Record, class Visit>
+void visit_members(Record& contact, Visit& visit) {
+  auto& [thickness, friction] = contact;
+  visit(thickness, friction);
+}
+template <RecordOf<ContactPair> Record, class Visit>
+void visit_members(Record& pair, Visit& visit) {
+  auto& [first, second, contact] = pair;
+  visit(first, second, contact);
+}
 template <RecordOf<SolverMotion> Record, class Visit>
 void visit_members(Record& motion, Visit& visit) {
-  auto& [copies, watched_places, steps_since_convergence, gravity, body_gravities] = motion;
-  visit(copies, watched_places, steps_since_convergence, gravity, body_gravities);
+  auto& [copies, watched_places, steps_since_convergence, gravity, body_gravities, contact_pairs] =
+      motion;
+  visit(copies, watched_places, steps_since_convergence, contact_pairs, gravity, body_gravities);
 }
 
 }  // namespace pbdsurg

@@ -257,6 +257,18 @@ void World::remove_body(BodyId body) {
   data_->leaving.push_back(body);
 }
 
+void World::set_contact(BodyId first, BodyId second, const TissueContact& contact) {
+  const Index one = data_->bodies.in_tissue(first), other = data_->bodies.in_tissue(second);
+  data_->make_solver();
+  data_->solver->set_body_contact(one, other, contact);
+}
+
+void World::clear_contact(BodyId first, BodyId second) {
+  const Index one = data_->bodies.in_tissue(first), other = data_->bodies.in_tissue(second);
+  data_->make_solver();
+  data_->solver->clear_body_contact(one, other);
+}
+
 ToolId World::add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
                        const ToolSurface& surface) {
   data_->make_solver();

@@ -105,6 +105,7 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
+      case PhaseKind::body_contact:
       case PhaseKind::custom:
         break;  // have no records
     }

@@ -45,6 +45,8 @@ int number_of(PhaseKind kind) {
       return 11;
     case PhaseKind::fibre:
       return 12;
+    case PhaseKind::body_contact:
+      return 13;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

@@ -272,6 +272,7 @@ void FakeDevice::take_all(const SolverData& data) {
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
+      case PhaseKind::body_contact:
       case PhaseKind::custom:
         break;  // not among a solver's constraints
     }
@@ -338,6 +339,7 @@ void FakeDevice::take_over(const SolverData& data) {
       case PhaseKind::joint:
       case PhaseKind::attachment:
       case PhaseKind::contact:
+      case PhaseKind::body_contact:
       case PhaseKind::custom:
         throw Error("a change of no constraint");
       case PhaseKind::vertex:

@@ -25,6 +25,7 @@
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
+#include "pbdsurg/solver/tissue_contact.h"
 #include "pbdsurg/solver/tool.h"
 #include "pbdsurg/tissue/tissue.h"
 
@@ -38,6 +39,15 @@ struct SnapshotContact {
   Eigen::Vector3f normal;         ///< out of the tool
   float force;                    ///< N, on the tissue, along the normal
   Eigen::Vector3f friction;       ///< N, likewise, across it
+};
+
+/// What a snapshot has of a contact between bodies, likewise: a vertex has one with each body.
+struct SnapshotBodyContact {
+  Index vertex;              ///< scene vertex
+  Index body;                ///< of the tissue, whose surface it touches
+  Eigen::Vector3f normal;    ///< out of that body
+  float force;               ///< N, on the vertex, along the normal
+  Eigen::Vector3f friction;  ///< N, likewise, across it
 };
 
 /// The moving part of a copy's state. Restores only into a solver of the same tissue, into any of
@@ -63,6 +73,8 @@ struct Snapshot {
   std::vector<Eigen::Vector3f> forces{};
   /// [n] Left out, tools meet all anew.
   std::vector<SnapshotContact> contacts{};
+  /// [n] Left out, bodies meet each other anew.
+  std::vector<SnapshotBodyContact> body_contacts{};
 };
 
 class SolverData;
@@ -363,6 +375,42 @@ class PBDSURG_API Solver {
   /// vertices, edges and triangles, each in ascending order of the solver's places. Those within a
   /// quarter of a radius without a force are among them. Empty for other tools.
   [[nodiscard]] std::vector<ToolContact> tool_contacts(ToolId tool, Index copy = 0) const;
+
+  /// @}
+
+  /// @name Contact of bodies
+  /// By default bodies pass through each other. Where pairs of them are to meet, each vertex of one
+  /// surface keeps a distance from the nearest triangle of the other, both ways, in every substep,
+  /// with the same force on both: momentum is theirs. Cuts, burns and undo change surfaces as they
+  /// change tissue. Vertices that links join to others, and their neighbours, do not meet each
+  /// other; once the last link there is gone, they do.
+  ///
+  /// What is nearer than that distance when it starts to act, or overlaps by less than three
+  /// thicknesses, parts at 0.03 m/s at most; what is deeper is left alone. What moves farther than
+  /// eight thicknesses in a substep may pass through. Edges meet only where one of their ends does:
+  /// two that cross may overlap by a part of their length. Strands and particles meet nothing.
+  /// @{
+
+  /// Lets two bodies meet in all copies, from the next step on, or changes how they do. The first
+  /// pair has the surfaces of all bodies found, in O(T log T) of their tetrahedra. Each step costs
+  /// O(n) of the pairs' surface vertices, and each edit O(T) of their triangles. Steps count no
+  /// more than SolverOptions::contact_capacity contacts of all pairs together.
+  /// @param second  the first itself: parts of it that are no neighbours, nor nearer than three
+  ///                thicknesses at rest, meet each other
+  /// @throws InvalidArgument     naming the body that there is not, or the thickness or friction
+  /// out
+  ///                             of range; in explicit steps and with BDF2
+  /// @throws BackendUnavailable  on a device
+  void set_body_contact(Index first, Index second, const TissueContact& contact);
+
+  /// Lets two bodies pass through each other again.
+  /// @throws InvalidArgument  naming the body that there is not
+  void clear_body_contact(Index first, Index second);
+
+  /// Which vertices were near other bodies in the last substep of the last step, in the order of
+  /// the solver's places: within twice the thickness and their ways. Those without a force are
+  /// among them. An overlap is a negative distance. Cost: O(vertices), if there are any.
+  [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;
 
   /// @}
 

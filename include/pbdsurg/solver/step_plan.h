@@ -47,9 +47,10 @@ enum class PhaseKind : std::uint8_t {
   /// among them: what the vertex-block method has beside stiff links, and explicit steps have
   /// alone.
   vertex,
-  attachment,  ///< grasped vertices, one attachment a vertex
-  contact,     ///< vertices against one tool; of vertex blocks, the surfaces of all tools
-  custom,      ///< a set of CustomConstraints
+  attachment,    ///< grasped vertices, one attachment a vertex
+  contact,       ///< vertices against one tool; of vertex blocks, the surfaces of all tools
+  body_contact,  ///< bodies against each other, one contact after another
+  custom,        ///< a set of CustomConstraints
 };
 
 /// Constraints of one kind that share no vertex, unless the phase is serial.

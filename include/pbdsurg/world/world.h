@@ -275,6 +275,19 @@ class PBDSURG_API World {
   /// solver.
   void add_constraints(std::shared_ptr<CustomConstraints> set);
 
+  /// @name Contact
+  /// These functions make the solver, and throw InvalidArgument and BackendUnavailable as those of
+  /// Solver, and naming the body that there is not.
+  /// @{
+
+  /// Lets two bodies, or the parts of one, meet each other from the next step on: see
+  /// Solver::set_body_contact(). World::save() keeps it.
+  void set_contact(BodyId first, BodyId second, const TissueContact& contact);
+  /// As Solver::clear_body_contact().
+  void clear_contact(BodyId first, BodyId second);
+
+  /// @}
+
   /// @name Instruments
   /// These functions throw InvalidArgument as those of Solver and Cautery, and naming the id that
   /// there is not.

@@ -10,6 +10,7 @@
 
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
@@ -193,6 +194,9 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
         project_contacts(step, phase.color);
         project_surface_contacts(step, phase.color);
       }
+      break;
+    case PhaseKind::body_contact:
+      answer_touches(step, substep);
       break;
   }
 }

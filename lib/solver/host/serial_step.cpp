@@ -11,6 +11,7 @@
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -82,6 +83,7 @@ class SerialStep {
         break;
       case StepOperation::meet_surfaces:
         begin_surface_contacts(step_, vertex_state(step_, numbers_.lengths, 1));
+        begin_touches(step_, vertex_state(step_, numbers_.lengths, 1));
         break;
       case StepOperation::begin_joints:
         begin_joints();
@@ -91,6 +93,7 @@ class SerialStep {
           sweep(iteration);
           if (iteration == 0 && has_correction(step_.data, part_.division.sweeps)) {
             correct();
+            see_touches(step_);
           }
         }
         break;
@@ -101,6 +104,7 @@ class SerialStep {
         if (has_holds_to_settle(step_)) {
           settle_holds(step_, vertex_state(step_, numbers_.lengths, 1));
         }
+        settle_touches(step_);
         settle_surface_contacts(step_);
         break;
       case StepOperation::keep_momentum:

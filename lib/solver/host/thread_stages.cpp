@@ -42,6 +42,7 @@ void ThreadStages::plan(const SolverData& data, int threads) {
         break;
       case PhaseKind::attachment:
       case PhaseKind::contact:
+      case PhaseKind::body_contact:
       case PhaseKind::custom:
         add(phase, phase.color, 0);
         break;

@@ -22,6 +22,8 @@
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touch_response.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -361,10 +363,12 @@ class ThreadedBackend final : public Backend {
         damp_rows(turn);
         break;
       case StepOperation::meet_surfaces:  // few contacts, of rows that all have damped
-        if (meets_surfaces(step)) {
+        if (meets_surfaces(step) || has_touches(step)) {
           meet(turn);
           if (thread == 0) {
+            damp_held_volumes(turn);
             begin_surface_contacts(step, vertex_state(step, lengths, 1));
+            begin_touches(step, vertex_state(step, lengths, 1));
           }
         }
         break;
@@ -390,11 +394,12 @@ class ThreadedBackend final : public Backend {
         push_vertices(vertex_state(step, lengths, 1), turn);
         break;
       case StepOperation::settle_holds:  // few: all have met since the sweeps
-        if (has_holds_to_settle(step) || meets_surfaces(step)) {
+        if (has_holds_to_settle(step) || meets_surfaces(step) || has_touches(step)) {
           if (thread == 0) {
             if (has_holds_to_settle(step)) {
               settle_holds(step, vertex_state(step, lengths, 1));
             }
+            settle_touches(step);
             settle_surface_contacts(step);
           }
           meet(turn);
@@ -598,6 +603,9 @@ class ThreadedBackend final : public Backend {
         displace(part);
       }
     });
+    if (has_touches(step)) {
+      stage(1, [&](Index) { see_touches(step); });
+    }
     if (!turn.is_idle()) {
       meet(turn);
     }
@@ -664,6 +672,16 @@ class ThreadedBackend final : public Backend {
     if (turn.step.data.vertex_blocks.has_damping() && kernels_.damp_volumes != nullptr) {
       kernels_.damp_volumes(damped_rows(turn.step), turn.state.bases, turn.state.carries,
                             turn.state.substep.inverse_dt, block);
+    }
+  }
+
+  // Of what is held: who asks how it yields sees all its rows.
+  void damp_held_volumes(const Turn& turn) {
+    const std::vector<LaneBits>& held = turn.step.scratch.held;
+    for (Index block = 0; block < turn.step.data.vertex_blocks.block_count(); ++block) {
+      if (held[block] != 0) {
+        damp_volumes(turn, block);
+      }
     }
   }
 

@@ -3,6 +3,7 @@
 
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
@@ -126,6 +127,7 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
                      report);
     report.contacts += static_cast<Index>(tool.contacts.size());
   }
+  find_touches(step, lengths, report);
 }
 
 // Reads no vertex: other threads move theirs already.
@@ -154,6 +156,7 @@ void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
   for (ToolState& tool : step.copy.tools) {
     remember_contacts(tool, lengths.inverse_dt_squared);
   }
+  remember_touches(step, lengths);
 }
 
 void end_tools(CopyState& copy) {

@@ -27,7 +27,8 @@ PBDSURG_API void place_tools(CopyState& copy, float fraction, float before = 0);
 
 /// Finds what each tool touches, at most the contact capacity: of surfaces, see
 /// find_surface_contacts(); of others the vertices near their capsules, the deepest for each, in
-/// ascending order of places. Cost: O(vertices * capsules).
+/// ascending order of places. Cost: O(vertices * capsules). Then what bodies touch of each other,
+/// see find_touches().
 /// @param lengths  of the substep
 void find_contacts(const StepContext& step, const Substep<float>& lengths, StepReport& report);
 

@@ -180,7 +180,8 @@ std::size_t FreePieces::memory_bytes() const noexcept {
 void keep_momentum(const StepContext& step, Index index) {
   const MovingPiece piece(step, index);
   bool is_held = false;
-  piece.for_each_hold([&](const VertexHold&) { is_held = true; });
+  piece.for_each_hold(
+      [&](const VertexHold& hold) { is_held = is_held || hold.kind != HoldKind::touch; });
   if (is_held) {
     return;
   }

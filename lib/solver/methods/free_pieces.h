@@ -70,8 +70,8 @@ class FreePieces : public PieceLists {
 };
 
 /// Takes off the displacements of a free piece what sweeps have given it of momentum, unless a tool
-/// touches or holds it: see touched_pieces.h. With custom constraints, of those that go with it:
-/// see pushed_pieces.h.
+/// touches or holds it: see touched_pieces.h. With custom constraints or contact of bodies, of
+/// those that go with it: see pushed_pieces.h.
 void keep_momentum(const StepContext& step, Index piece);
 
 }  // namespace pbdsurg

@@ -2,11 +2,12 @@
 #pragma once
 
 /// @file
-/// The tools at a vertex of the vertex-block method, on a host.
+/// The tools and other bodies at a vertex of the vertex-block method, on a host.
 
 #include "pbdsurg/base/types.h"
 
 #include "lib/solver/methods/surface_contacts.h"
+#include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/load_store.h"
@@ -14,7 +15,7 @@
 
 namespace pbdsurg {
 
-/// What tools do at one vertex, as move_held() takes it.
+/// What tools do at one vertex, as move_held() takes it; and what other bodies do.
 class HeldVertex {
  public:
   HeldVertex(const StepContext& step, const SplitPosition& position, Index first)
@@ -22,9 +23,9 @@ class HeldVertex {
 
   template <class Visit>
   void for_each_grasp(const Visit& visit) const {
-    for_each([&](const VertexHold& hold, ToolState& tool) {
+    for_each([&](const VertexHold& hold) {
       if (hold.kind == HoldKind::grasp) {
-        Attachment& attachment = tool.attachments[hold.entry];
+        Attachment& attachment = step_.copy.tools[hold.tool].attachments[hold.entry];
         visit(Grasp{attachment, position_, step_.copy.grasp_compliance(attachment)});
       }
     });
@@ -32,17 +33,21 @@ class HeldVertex {
 
   template <class Visit>
   void for_each_contact(const Visit& visit) const {
-    for_each([&](const VertexHold& hold, ToolState& tool) {
+    for_each([&](const VertexHold& hold) {
       if (hold.kind == HoldKind::contact) {
-        visit(Touch{tool.contacts[hold.entry], position_});
+        visit(Touch{step_.copy.tools[hold.tool].contacts[hold.entry], position_});
       }
     });
   }
 
-  /// Adds the surface contacts of the vertex to its energy.
+  /// Adds the surface contacts of the vertex, and those with other bodies, to its energy.
   void add_surface_contacts(float inverse_dt_squared, VertexEnergy<float>& energy) const {
-    for_each([&](const VertexHold& hold, ToolState& tool) {
-      if (hold.kind == HoldKind::surface_contact) {
+    for_each([&](const VertexHold& hold) {
+      if (hold.kind == HoldKind::touch) {
+        add_touch(step_, step_.copy.touches.contacts[hold.entry], hold.corner, inverse_dt_squared,
+                  energy);
+      } else if (hold.kind == HoldKind::surface_contact) {
+        const ToolState& tool = step_.copy.tools[hold.tool];
         add_surface_contact(step_, tool.surface_contacts[hold.entry], hold.corner,
                             tool.surface.friction, inverse_dt_squared, energy);
       }
@@ -76,7 +81,7 @@ class HeldVertex {
   void for_each(const Visit& visit) const {
     const std::vector<VertexHold>& holds = step_.scratch.holds;
     for (Index h = first_; h != kInvalidIndex; h = holds[h].next) {
-      visit(holds[h], step_.copy.tools[holds[h].tool]);
+      visit(holds[h]);
     }
   }
 

@@ -16,15 +16,15 @@ namespace pbdsurg {
 
 class MovingPiece {
  public:
-  /// With custom constraints, all pieces that go with it; none if others have it: see
-  /// pushed_pieces.h.
+  /// With custom constraints or contact of bodies, all pieces that go with it; none if others have
+  /// it: see pushed_pieces.h.
   MovingPiece(const StepContext& step, Index piece);
   MovingPiece(const MovingPiece&) = delete;
   MovingPiece& operator=(const MovingPiece&) = delete;
 
   [[nodiscard]] std::span<const Index> places() const noexcept { return places_; }
 
-  /// Calls visit(hold) for what tools do at its vertices.
+  /// Calls visit(hold) for what tools and other bodies do at its vertices.
   template <class Visit>
   void for_each_hold(const Visit& visit) const {
     for (const Index place : places_) {

@@ -2,10 +2,10 @@
 #pragma once
 
 /// @file
-/// What custom constraints do to the momentum of free pieces in a substep of the vertex-block
-/// method: see momentum.h. Pieces that only push each other keep theirs together. What is pushed
-/// from outside has no momentum to keep: with few sweeps, a stiff push would swing it the further
-/// the lighter it is.
+/// What custom constraints and contact of bodies do to the momentum of free pieces in a substep of
+/// the vertex-block method: see momentum.h. Pieces that only push each other keep theirs together.
+/// What is pushed from outside has no momentum to keep: with few sweeps, a stiff push would swing
+/// it the further the lighter it is.
 
 #include <cstddef>
 #include <cstdint>

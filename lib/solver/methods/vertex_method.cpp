@@ -172,18 +172,17 @@ void gather_holds(const StepContext& step) {
   drop_holds(step);
   StepScratch& scratch = step.scratch;
   const VertexBlocks& blocks = step.data.vertex_blocks;
-  const auto add = [&](Index place, std::size_t tool, std::size_t entry, HoldKind kind,
-                       int corner = 0) {
+  const auto add = [&](Index place, Index tool, std::size_t entry, HoldKind kind, int corner = 0) {
     const Index block = blocks.place_of(place).block;
     if (block == kInvalidIndex) {
       return;  // fixed, and so no tool's business
     }
     scratch.held[block] |= blocks.lanes_of(place);
-    scratch.holds.push_back({place, scratch.first_holds[place], static_cast<Index>(tool),
-                             static_cast<Index>(entry), kind, corner});
+    scratch.holds.push_back(
+        {place, scratch.first_holds[place], tool, static_cast<Index>(entry), kind, corner});
     scratch.first_holds[place] = static_cast<Index>(scratch.holds.size()) - 1;
   };
-  for (std::size_t t = 0; t < step.copy.tools.size(); ++t) {
+  for (Index t = 0; t < static_cast<Index>(step.copy.tools.size()); ++t) {
     const ToolState& tool = step.copy.tools[t];
     for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
       add(step.data.place_of_vertex[tool.attachments[a].vertex], t, a, HoldKind::grasp);
@@ -195,6 +194,14 @@ void gather_holds(const StepContext& step) {
       const ContactFeature& feature = tool.surface_contacts[c].feature;
       for (int corner = 0; corner < feature.count(); ++corner) {
         add(feature.places[corner], t, c, HoldKind::surface_contact, corner);
+      }
+    }
+  }
+  const std::vector<TissueTouch>& touches = step.copy.touches.contacts;
+  for (std::size_t c = 0; c < touches.size(); ++c) {
+    for (int corner = 0; corner < TissueTouch::kCorners; ++corner) {
+      if (touches[c].weights[corner] != 0) {
+        add(touches[c].places[corner], kInvalidIndex, c, HoldKind::touch, corner);
       }
     }
   }

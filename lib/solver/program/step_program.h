@@ -23,15 +23,16 @@ enum class StepOperation : std::uint8_t {
   predict_positions,      ///< keeps where vertices are; they go on under gravity and drag
   predict_displacements,  ///< the same without moving them: see displacement.h
   clear_multipliers,      ///< of constraints with compliances
-  find_contacts,          ///< moves the tools, and finds the vertices that they touch
+  find_contacts,          ///< moves the tools, and finds the vertices that they touch; and which
+                          ///< bodies touch each other
   gather_holds,           ///< finds what tools do to each vertex
   damp_rows,              ///< gives the rows of vertices this substep's damping
-  meet_surfaces,          ///< finds how stiffly vertices meet the surfaces of tools
+  meet_surfaces,          ///< finds how stiffly vertices meet the surfaces of tools and bodies
   begin_joints,           ///< finds the forces of stiff links and of custom constraints
   sweep,                  ///< all sweeps of all phases; a coarse correction after the first
   push,               ///< of explicit steps: vertices follow the forces of the start, all at once
   settle_holds,       ///< what tools touch or hold answers what stiff links did last, and leaves
-                      ///< their surfaces
+                      ///< their surfaces; bodies leave each other
   keep_momentum,      ///< of pieces that nothing holds: see momentum.h
   collect_forces,     ///< adds what pushed back to the forces of tools
   update_velocities,  ///< from the way of the substep

@@ -51,6 +51,9 @@ void StepScratch::fit(const SolverData& data) {
 }
 
 void StepScratch::fit_ends(const SolverData& data) {
+  if (!data.custom.empty() || !data.contact_bodies.empty()) {
+    pushed.fit(data.free_pieces, data.particles.size());
+  }
   const auto& links = data.sets.of<StiffLinkConstraint>();
   if (links.group_count() == 0 && data.custom.empty()) {
     return;
@@ -80,7 +83,6 @@ void StepScratch::fit_ends(const SolverData& data) {
     add(offset_of(place));
   }
   if (!data.custom.empty()) {
-    pushed.fit(data.free_pieces, places);
     guards.resize(linked.size());
   }
 }
@@ -94,6 +96,7 @@ void StepScratch::reserve_holds(const SolverData& data) {
       sum +=
           tool.attachments.size() + tool.contacts.capacity() + 3 * tool.surface_contacts.capacity();
     }
+    sum += TissueTouch::kCorners * data.copy(i).touches.contacts.capacity();
     most = std::max(most, sum);
     most_rigid = std::max(most_rigid, rigid);
   }

@@ -52,16 +52,16 @@ class MultiplierStore {
   std::tuple<Groups<Constraints>...> groups_;
 };
 
-enum class HoldKind : std::uint8_t { grasp, contact, surface_contact };
+enum class HoldKind : std::uint8_t { grasp, contact, surface_contact, touch };
 
-/// What a tool does at a vertex.
+/// What a tool, or another body, does at a vertex.
 struct VertexHold {
   Index place;  ///< of the vertex, see SolverState
   Index next;   ///< at the same vertex, or kInvalidIndex
-  Index tool;
-  Index entry;  ///< of its attachments, contacts or surface contacts
+  Index tool;   ///< kInvalidIndex: a body
+  Index entry;  ///< of its attachments, contacts or surface contacts; of contacts between bodies
   HoldKind kind;
-  int corner = 0;  ///< of a surface contact
+  int corner = 0;  ///< of a surface contact, or of one between bodies
 };
 
 /// Of one worker: who steps copies at the same time has one each. Nothing in it outlives a step.
@@ -82,8 +82,8 @@ struct PBDSURG_API StepScratch {
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
   std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
-  PushedPieces pushed;                                    ///< by custom constraints
-  std::vector<GuardBlock> guards;                         ///< [block] likewise
+  PushedPieces pushed;             ///< by custom constraints, or by other bodies
+  std::vector<GuardBlock> guards;  ///< [block] likewise
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;

@@ -45,15 +45,32 @@ class ProgramFollower final : public Follower {
     }
     update();
   }
-  void undo(const Tissue&, const TissueChange&) noexcept override {
+  void undo(const Tissue& tissue, const TissueChange&) noexcept override {
     if (rule_before_ != data_.substep_rule) {
       set_substep_rule(rule_before_, data_);
     }
+    drop_touches(tissue);
     update();
   }
   void renumber(const Tissue&, const Renumbering&) noexcept override {}
 
  private:
+  // Of bodies and vertices that an undo took: later ones get their ids.
+  void drop_touches(const Tissue& tissue) {
+    const auto bodies = static_cast<Index>(tissue.bodies().size());
+    const auto places = static_cast<Index>(data_.particles.size());
+    const bool was_empty = data_.contact_bodies.empty();
+    data_.contact_bodies.drop_bodies_from(bodies);
+    for (Index i = 0; i < data_.copy_count(); ++i) {
+      std::erase_if(data_.copy(i).touches.remembered, [&](const RememberedTouch& known) {
+        return known.slot.place >= places || known.slot.body >= bodies;
+      });
+    }
+    if (data_.contact_bodies.empty() != was_empty) {
+      data_.rebuild_plan();
+    }
+  }
+
   // At no cost for the plan where no phase was left without constraints and none got its first.
   void update() {
     if (data_.sets.has_other_phases() || state_.has_other_holds()) {
@@ -117,7 +134,8 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 
 void SolverData::start_step(float dt) {
   custom.begin_step(*this);
-  surface.refresh();
+  surface.refresh(*tissue);
+  contact_bodies.refresh(*tissue, surface, place_of_vertex);
   free_pieces.refresh(*tissue, place_of_vertex);
   SubstepRule rule = rule_of_copies();
   if (is_explicit(options)) {
@@ -184,6 +202,9 @@ void SolverData::rebuild_plan() {
   for (Index set = 0; set < custom.count(); ++set) {
     plan.phases.push_back({PhaseKind::custom, set});
   }
+  if (!contact_bodies.empty()) {  // before tools, so that nothing stays in those
+    plan.phases.push_back({PhaseKind::body_contact, 0});
+  }
   if (by_vertices) {  // tools act within it, but for what surfaces answer after a sweep
     if (std::ranges::any_of(tools, &ToolState::has_surface)) {
       plan.phases.push_back({PhaseKind::contact, 0});
@@ -220,10 +241,10 @@ void SolverData::reserve_spare_room() {
 std::size_t SolverData::memory_bytes() const noexcept {
   return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
          coarse_space.memory_bytes() + free_pieces.memory_bytes() + stable_substep.memory_bytes() +
-         custom.memory_bytes() + surface.memory_bytes() + step_scratch.memory_bytes() +
-         plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
-         followers_->vertices.memory_bytes() + backend->memory_bytes() +
-         (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+         custom.memory_bytes() + surface.memory_bytes() + contact_bodies.memory_bytes() +
+         step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
+         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
+         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
 }
 
 }  // namespace pbdsurg

@@ -18,6 +18,7 @@
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/sets/constraint_sets.h"
+#include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/custom_sets.h"
 #include "lib/solver/state/solver_state.h"
 #include "lib/solver/state/tissue_surface.h"
@@ -48,7 +49,8 @@ class SolverData : public SolverState {
   FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
   StableSubstep stable_substep;            ///< of explicit steps, else empty
   CustomSets custom;                       ///< on a host
-  TissueSurface surface{place_of_vertex};  ///< once a tool meets it
+  TissueSurface surface{place_of_vertex};  ///< once a tool or a body meets it
+  ContactBodies contact_bodies;            ///< once bodies meet each other
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
 

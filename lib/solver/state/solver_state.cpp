@@ -226,6 +226,14 @@ void SolverState::reserve_tools() {
   }
 }
 
+void SolverState::reserve_touches() {
+  for (Index i = 0; i < copy_count(); ++i) {
+    const auto most = static_cast<std::size_t>(options.contact_capacity);
+    copy(i).touches.contacts.reserve(most);
+    copy(i).touches.remembered.reserve(most);
+  }
+}
+
 namespace {
 
 template <class... Arrays>
@@ -241,6 +249,11 @@ std::size_t CopyState::memory_bytes() const noexcept {
   for (const ToolState& tool : tools) {
     bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
                       tool.contacts, tool.surface_contacts, tool.remembered);
+  }
+  bytes += bytes_of(touches.contacts, touches.remembered, touches.search.seen,
+                    touches.search.candidates);
+  for (const TouchTree& tree : touches.search.trees) {
+    bytes += sizeof(tree) + bytes_of(tree.order, tree.boxes);
   }
   return bytes;
 }

@@ -19,6 +19,7 @@
 #include "lib/solver/program/backend.h"
 #include "lib/solver/state/changes.h"
 #include "lib/solver/state/particle.h"
+#include "lib/solver/state/tissue_touch.h"
 #include "lib/solver/state/tool_state.h"
 #include "lib/solver/substep_rule.h"
 
@@ -37,6 +38,7 @@ struct CopyState {
   std::vector<Load> forces;                 // [place] N, empty while none was set
   CopyFactors factors;
   std::vector<ToolState> tools;
+  TissueTouches touches;
   Index attachment_colors = 0;
   bool is_state_current = true;                    // else the arrays above are the backend's
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
@@ -207,6 +209,9 @@ struct SolverState : CopyState {
   /// Makes room for what a tool can touch, so that no step allocates; of all tools for the latter.
   void reserve_tool(ToolState& tool) const;
   void reserve_tools();
+
+  /// Likewise for what bodies can touch of each other, where they meet.
+  void reserve_touches();
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 };

@@ -9,20 +9,15 @@ void TissueSurface::begin(const Tissue& tissue) {
   if (has_begun_) {
     return;
   }
-  add_bodies(tissue);
-  follows_last_edit_ = false;
   has_begun_ = true;
-  refresh();
+  refresh(tissue);
 }
 
-void TissueSurface::add_bodies(const Tissue& tissue) {
-  for (auto body = static_cast<Index>(surfaces_.size());
-       body < static_cast<Index>(tissue.bodies().size()); ++body) {
+void TissueSurface::refresh(const Tissue& tissue) {
+  const auto bodies = static_cast<Index>(has_begun_ ? tissue.bodies().size() : 0);
+  for (auto body = static_cast<Index>(surfaces_.size()); body < bodies; ++body) {
     surfaces_.push_back(std::make_unique<Surface>(tissue, body));
   }
-}
-
-void TissueSurface::refresh() {
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     const LiveSurface& live = surface->live;
     if (surface->seen_version == live.version()) {
@@ -62,22 +57,20 @@ void TissueSurface::follow(const Tissue& tissue, const TissueChange& change) noe
   }
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     surface->live.follow(tissue, change);
+    surface->follows_last_edit = true;
   }
-  add_bodies(tissue);
-  follows_last_edit_ = true;
 }
 
 void TissueSurface::undo(const Tissue& tissue, const TissueChange& change) noexcept {
   if (!has_begun_) {
     return;
   }
-  if (!follows_last_edit_) {  // it came after that edit
-    surfaces_.clear();
-    has_begun_ = false;
-    begin(tissue);
-    return;
+  // those of bodies that go, and those that refresh() makes anew
+  const std::size_t bodies = tissue.bodies().size();
+  while (!surfaces_.empty() &&
+         (surfaces_.size() > bodies || !surfaces_.back()->follows_last_edit)) {
+    surfaces_.pop_back();
   }
-  surfaces_.resize(tissue.bodies().size());
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     surface->live.undo(tissue, change);
   }

@@ -33,8 +33,9 @@ class TissueSurface final : public Follower {
   void begin(const Tissue& tissue);
   [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
 
-  /// Takes what edits have changed since. Cost: proportional to that.
-  void refresh();
+  /// Takes what edits have changed since. Cost: proportional to that, and as begin() for bodies
+  /// that came.
+  void refresh(const Tissue& tissue);
 
   /// Triangles of all bodies, as of the last refresh().
   [[nodiscard]] Index triangle_count() const noexcept;
@@ -51,6 +52,16 @@ class TissueSurface final : public Follower {
     }
   }
 
+  /// Whether a body is a sheet.
+  [[nodiscard]] bool is_two_sided(Index body) const noexcept {
+    return surfaces_[body]->live.is_two_sided();
+  }
+
+  /// [slot] of a body; kInvalidIndex in those without a triangle.
+  [[nodiscard]] std::span<const PlaceTriangle> slots(Index body) const noexcept {
+    return surfaces_[body]->triangles;
+  }
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
@@ -59,17 +70,16 @@ class TissueSurface final : public Follower {
 
  private:
   struct Surface {
-    Surface(const Tissue& tissue, Index body) : live(tissue, body) {}
+    // Follows along with the others: of itself it could not come while an edit can be undone.
+    Surface(const Tissue& tissue, Index body) : live(tissue, body) { live.leave_tissue(); }
     LiveSurface live;
+    bool follows_last_edit = false;  // else it came after that
     std::uint64_t seen_version = 0;
     std::vector<PlaceTriangle> triangles{};  // [slot]
   };
 
-  void add_bodies(const Tissue& tissue);
-
   const std::vector<Index>& place_of_vertex_;
   bool has_begun_ = false;
-  bool follows_last_edit_ = false;
   std::vector<std::unique_ptr<Surface>> surfaces_;  // [body]
   std::vector<SlotRange> ranges_;                   // scratch
 };

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/touch_response.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/custom_constraints.h"
+#include "lib/solver/methods/held_vertex.h"
+#include "lib/solver/methods/loose_end.h"
+#include "lib/solver/methods/touch_search.h"
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+using Vector = Vec3<float>;
+
+// m, sum(weights * u) of the vertex, or of the triangle.
+Vector side_of(const MovingVertices& vertices, const TissueTouch& touch, int side) {
+  Vector sum;
+  for (int k = side == 0 ? 0 : 1; k < (side == 0 ? 1 : TissueTouch::kCorners); ++k) {
+    sum = sum + touch.weights[k] * load(vertices.moving[touch.places[k]]);
+  }
+  return sum;
+}
+
+// Gap and slip of a contact now.
+struct Reading {
+  float gap;    // m
+  Vector slip;  // m
+};
+
+Reading read(const TissueTouch& touch, const Vector& sum) {
+  const Vector way = sum - touch.drift;
+  return {dot(touch.normal, sum) - touch.offset, way - dot(touch.normal, way) * touch.normal};
+}
+
+Reading read(const MovingVertices& vertices, const TissueTouch& touch) {
+  return read(touch, side_of(vertices, touch, 0) + side_of(vertices, touch, 1));
+}
+
+// What a contact does after a gap and a slip, in the unit of its multipliers.
+struct Answer {
+  float pushed;
+  Vector dragged;
+  float sticking;  // share of the drag that friction bears, at most 1
+};
+
+Answer answer(const TissueTouch& touch, float mu, const Reading& reading, float scale,
+              float stiffness) {
+  const float trial = scale * touch.multiplier - stiffness * reading.gap;
+  Answer now{trial > 0 ? trial : 0.0F, {}, 0};
+  if (mu > 0 && trial > 0) {
+    const Vector drag = scale * touch.friction - stiffness * reading.slip;
+    const float square = dot(drag, drag), most = mu * now.pushed;
+    now.sticking = square > most * most ? most / std::sqrt(square) : 1.0F;
+    now.dragged = now.sticking * drag;
+  }
+  return now;
+}
+
+// All corners, or none: momentum is theirs together.
+void move(const StepContext& step, const MovingVertices& vertices, const TissueTouch& touch,
+          const Vector& push) {
+  std::array<Vector, TissueTouch::kCorners> after;
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    const Particle& p = vertices.moving[touch.places[k]];
+    after[k] = load(p) + (touch.weights[k] * p.w) * push;
+    if (!is_finite_way(after[k])) {
+      return;
+    }
+  }
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    const Index place = touch.places[k];
+    Particle& p = vertices.moving[place];
+    if (vertices.points != nullptr) {
+      FixedPoint& point = step.scratch.fixed_points[place];
+      point = moved_point(point, load(p), after[k]);
+    }
+    store(p, after[k]);
+  }
+}
+
+// Moves corners by their masses.
+void project(const StepContext& step, TissueTouch& touch, float friction) {
+  const MovingVertices vertices = moving_vertices(step);
+  float yield = 0;
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    yield += touch.weights[k] * touch.weights[k] * vertices.moving[touch.places[k]].w;
+  }
+  if (!(yield > 0)) {
+    return;
+  }
+  const auto project_once = [&](float mu) {
+    const Answer now = answer(touch, mu, read(vertices, touch), 1, 1 / yield);
+    if (!std::isfinite(now.pushed) || !is_finite_way(now.dragged)) {
+      return;
+    }
+    const Vector drag = mu > 0 ? now.dragged - touch.friction : Vector{};
+    const Vector push = (now.pushed - touch.multiplier) * touch.normal + drag;
+    touch.multiplier = now.pushed;
+    if (mu > 0) {
+      touch.friction = now.dragged;
+    }
+    move(step, vertices, touch, push);
+  };
+  project_once(0);
+  if (friction > 0) {
+    project_once(friction);
+  }
+}
+
+// m/N along a direction, of a vertex that its neighbours hold.
+float yield_of(const StepContext& step, const VertexState& state, Index place,
+               const Vector& normal) {
+  const auto [block_index, lane] = step.data.vertex_blocks.place_of(place);
+  const Particle& p = state.displacements[place];
+  if (block_index == kInvalidIndex || !(p.w > 0) || is_lost(state.fixed_points[place])) {
+    return 0;
+  }
+  const VertexRows rows = vertex_rows(step);
+  VertexEnergy<float> start;
+  start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[place]) - load(p));
+  const LaneAccess access{state.fixed_points, state.fixed_points[place], lane};
+  const HeldVertex held(step, {load(state.bases[place]), load(p)}, step.scratch.first_holds[place]);
+  const LooseEnd<float> end = find_loose_end(rows, rows.blocks[block_index], access, start, held);
+  return dot(normal, end.give * normal);
+}
+
+}  // namespace
+
+void begin_touches(const StepContext& step, const VertexState& state) {
+  const MovingVertices vertices = moving_vertices(step);
+  std::vector<TissueTouch>& touches = step.copy.touches.contacts;
+  const auto is_likely = [&](const TissueTouch& touch) {
+    return touch.multiplier > 0 || read(vertices, touch).gap < 0;
+  };
+  // What all contacts do at a corner: how often it is pushed.
+  const auto pushes_at = [&](Index place, const TissueTouch& own, float weight) {
+    float sum = is_likely(own) ? 0 : weight;
+    for (Index h = step.scratch.first_holds[place]; h != kInvalidIndex;
+         h = step.scratch.holds[h].next) {
+      const VertexHold& hold = step.scratch.holds[h];
+      if (hold.kind == HoldKind::touch && is_likely(touches[hold.entry])) {
+        sum += std::abs(touches[hold.entry].weights[hold.corner]);
+      }
+    }
+    return sum;
+  };
+  for (TissueTouch& touch : touches) {
+    float yield = 0;
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      const Index place = touch.places[k];
+      const float weight = std::abs(touch.weights[k]);
+      yield +=
+          weight * pushes_at(place, touch, weight) * yield_of(step, state, place, touch.normal);
+    }
+    touch.stiffness = yield > 0 ? 1 / yield : 0.0F;
+  }
+  see_touches(step);
+}
+
+void see_touches(const StepContext& step) {
+  const MovingVertices vertices = moving_vertices(step);
+  for (TissueTouch& touch : step.copy.touches.contacts) {
+    touch.seen = {side_of(vertices, touch, 0), side_of(vertices, touch, 1)};
+  }
+}
+
+void add_touch(const StepContext& step, const TissueTouch& touch, int corner,
+               float inverse_dt_squared, VertexEnergy<float>& energy) {
+  const int side = corner == 0 ? 0 : 1;
+  const Vector sum = side_of(moving_vertices(step), touch, side) + touch.seen[1 - side];
+  const Answer now = answer(touch, touch.mu, read(touch, sum), inverse_dt_squared, touch.stiffness);
+  if (!(now.pushed > 0)) {
+    return;
+  }
+  const float weight = touch.weights[corner];
+  const float square = weight * weight * touch.stiffness;
+  energy.force = energy.force + weight * (now.pushed * touch.normal + now.dragged);
+  energy.isotropic = energy.isotropic + now.sticking * square;
+  energy.add_square((1 - now.sticking) * square, touch.normal);
+}
+
+void answer_touches(const StepContext& step, const Substep<float>& lengths) {
+  std::vector<TissueTouch>& touches = step.copy.touches.contacts;
+  if (!moves_vertices(step.data.options)) {
+    for (TissueTouch& touch : touches) {
+      project(step, touch, touch.mu);
+    }
+    return;
+  }
+  const MovingVertices vertices = moving_vertices(step);
+  const float square = 1 / lengths.inverse_dt_squared;
+  for (TissueTouch& touch : touches) {
+    touch.seen = {side_of(vertices, touch, 0), side_of(vertices, touch, 1)};
+    const Answer now = answer(touch, touch.mu, read(touch, touch.seen[0] + touch.seen[1]),
+                              lengths.inverse_dt_squared, touch.stiffness);
+    if (std::isfinite(now.pushed) && is_finite_way(now.dragged)) {
+      touch.multiplier = square * now.pushed;
+      touch.friction = square * now.dragged;
+    }
+  }
+}
+
+void settle_touches(const StepContext& step) {
+  if (!has_touches(step)) {
+    return;
+  }
+  if (!has_custom(step)) {
+    step.scratch.pushed.begin();
+  }
+  const MovingVertices vertices = moving_vertices(step);
+  for (TissueTouch& touch : step.copy.touches.contacts) {
+    if (read(vertices, touch).gap < 0) {
+      project(step, touch, 0);
+    }
+    if (touch.multiplier > 0) {
+      step.scratch.pushed.join(touch.places[0], touch.places[1]);
+    }
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/touch_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "lib/mesh/closest_on_triangle.h"
+#include "lib/solver/methods/touch_tree.h"
+#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/methods/vertex_moves.h"
+#include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+using Vector = Vec3<float>;
+using Eigen::Vector3f;
+
+// In thicknesses: how far apart what does not move meets, how deep it may overlap, the way of a
+// substep that counts, and what surfaces may move between two searches.
+constexpr float kReach = 2, kDeepest = 3, kWay = 8, kSlack = 2;
+// Of cosines between what a vertex left last and what is near it now: beyond, it is on the other
+// side of a thin wall, or of a sheet.
+constexpr float kOtherWall = -0.5F, kOtherSide = -0.7F;
+
+Vector3f vector_of(const Vector& v) {
+  return {v.x, v.y, v.z};
+}
+
+float length(const Vector& v) {
+  return std::sqrt(dot(v, v));
+}
+
+// The point of a triangle that is nearest to a vertex.
+struct Nearest {
+  ContactBodies::PlaceTriangle triangle;
+  std::array<float, 3> weights;
+  Vector3f away;      // m, to the vertex
+  float distance;     // m
+  Vector3f outwards;  // unit, out of the triangle
+  float alignment;    // of the way to the vertex with that
+};
+
+// The search of one copy.
+class TouchSearch {
+ public:
+  TouchSearch(const StepContext& step, const Substep<float>& lengths, StepReport& report)
+      : step_(step),
+        bodies_(step.data.contact_bodies),
+        touches_(step.copy.touches),
+        vertices_(moving_vertices(step)),
+        starts_(vertices_.bases == nullptr ? step.scratch.previous.data() : vertices_.bases),
+        inverse_dt_squared_(lengths.inverse_dt_squared),
+        report_(report) {
+    for (const ContactPair& pair : bodies_.pairs()) {
+      thickest_ = std::max(thickest_, pair.contact.thickness);
+    }
+  }
+
+  void run() {
+    if (!is_search_valid()) {
+      search();
+    }
+    touches_.contacts.clear();
+    const std::vector<TouchCandidate>& candidates = touches_.search.candidates;
+    for (auto first = candidates.begin(); first != candidates.end();) {
+      const auto end = std::find_if(first, candidates.end(),
+                                    [&](const TouchCandidate& c) { return c.slot != first->slot; });
+      meet({first, end});
+      first = end;
+    }
+  }
+
+ private:
+  [[nodiscard]] Vector start(Index place) const { return load(starts_[place]); }
+
+  // m, of a vertex in this substep, as nothing stops it
+  [[nodiscard]] float way(Index place) const {
+    const Vector u = moves_vertices(step_.data.options) ? load(step_.scratch.flights[place])
+                     : vertices_.bases != nullptr       ? load(vertices_.moving[place])
+                                                  : load(vertices_.moving[place]) - start(place);
+    return is_finite_way(u) ? length(u) : 0;
+  }
+
+  template <class Visit>
+  void for_each_vertex(const Visit& visit) const {
+    for (const ContactBodies::Body& body : bodies_.bodies()) {
+      for (std::size_t i = 0; i < body.places.size(); ++i) {
+        visit(body.places[i], static_cast<std::size_t>(body.first_vertex) + i);
+      }
+    }
+  }
+
+  [[nodiscard]] bool is_search_valid() const {
+    const TissueTouches::Search& search = touches_.search;
+    if (search.revision != bodies_.revision()) {
+      return false;
+    }
+    bool is_valid = true;
+    for_each_vertex([&](Index place, std::size_t i) {
+      const Vector moved = start(place) - search.seen[i];
+      // what was lost and is no more: written by hand
+      is_valid =
+          is_valid && (!is_finite_way(start(place)) ||
+                       length(moved) + std::min(way(place), kWay * thickest_) <= search.slack);
+    });
+    return is_valid;
+  }
+
+  void search() {
+    TissueTouches::Search& search = touches_.search;
+    search.seen.resize(static_cast<std::size_t>(bodies_.vertex_count()));
+    float most = 0;
+    for_each_vertex([&](Index place, std::size_t i) {
+      search.seen[i] = start(place);
+      most = std::max(most, std::min(way(place), kWay * thickest_));
+    });
+    search.slack = most + kSlack * thickest_;
+    const std::span<const ContactBodies::Body> bodies = bodies_.bodies();
+    const std::span<const Particle> starts(starts_, step_.copy.particles.size());
+    search.trees.resize(bodies.size());
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (search.revision != bodies_.revision()) {
+        order_triangles(bodies[b].triangles, starts, search.trees[b]);
+      }
+      fit_boxes(bodies[b].triangles, starts, search.trees[b]);
+    }
+    search.revision = bodies_.revision();
+    search.candidates.clear();
+    const std::span<const ContactPair> pairs = bodies_.pairs();
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const ContactBodies::Body& first = bodies_.body(pairs[p].first);
+      const ContactBodies::Body& second = bodies_.body(pairs[p].second);
+      add_candidates(static_cast<Index>(p), first, second);
+      if (&first != &second) {
+        add_candidates(static_cast<Index>(p), second, first);
+      }
+    }
+    std::ranges::sort(search.candidates);
+  }
+
+  void add_candidates(Index pair, const ContactBodies::Body& from, const ContactBodies::Body& to) {
+    TissueTouches::Search& search = touches_.search;
+    const TouchTree& tree = search.trees[&to - bodies_.bodies().data()];
+    const float thickness = bodies_.pairs()[pair].contact.thickness;
+    const float reach = kDeepest * thickness + 2 * search.slack;
+    for (const Index place : from.places) {
+      const Vector x = start(place);
+      visit_near(tree, x, reach, [&](Index t) {
+        const ContactBodies::PlaceTriangle& triangle = to.triangles[t];
+        const TrianglePoint<float> point = closest(triangle, x);
+        if (point.point.squaredNorm() < reach * reach &&
+            bodies_.may_meet(place, from.body, triangle, to, kDeepest * thickness)) {
+          search.candidates.push_back({{place, to.body}, pair, triangle});
+        }
+      });
+    }
+  }
+
+  // From the vertex at x.
+  [[nodiscard]] TrianglePoint<float> closest(const ContactBodies::PlaceTriangle& triangle,
+                                             const Vector& x) const {
+    return closest_on_triangle<float>(vector_of(start(triangle[0]) - x),
+                                      vector_of(start(triangle[1]) - x),
+                                      vector_of(start(triangle[2]) - x), Vector3f::Zero());
+  }
+
+  // Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
+  // most: it tells the side.
+  [[nodiscard]] std::optional<Nearest> find_nearest(std::span<const TouchCandidate> candidates,
+                                                    const Vector& x, bool is_two_sided,
+                                                    const RememberedTouch* known) const {
+    std::optional<Nearest> best;
+    for (const TouchCandidate& candidate : candidates) {
+      const auto& t = candidate.triangle;
+      const Vector3f outwards =
+          vector_of(cross(start(t[1]) - start(t[0]), start(t[2]) - start(t[0]))).normalized();
+      if (known != nullptr && !is_two_sided &&
+          outwards.dot(vector_of(known->normal)) < kOtherWall) {
+        continue;
+      }
+      const TrianglePoint<float> point = closest(t, x);
+      const float distance = point.point.norm();
+      if (!std::isfinite(distance) || !outwards.allFinite()) {
+        continue;
+      }
+      const Vector3f away = -point.point;
+      const float alignment = distance > 0 ? outwards.dot(away) / distance : 1.0F;
+      constexpr float kRounding = 1e-4F;
+      const bool is_nearer = !best || distance < (1 - kRounding) * best->distance;
+      const bool is_as_near = best && distance <= (1 + kRounding) * best->distance;
+      if (is_nearer ||
+          (is_as_near && std::abs(alignment) > std::abs(best->alignment) + kRounding)) {
+        best = {t, point.weights, away, distance, outwards, alignment};
+      }
+    }
+    return best;
+  }
+
+  void meet(std::span<const TouchCandidate> candidates) {
+    const auto& [slot, pair_index, unused] = candidates.front();
+    const ContactPair& pair = bodies_.pairs()[pair_index];
+    const float thickness = pair.contact.thickness;
+    const Vector x = start(slot.place);
+    if (!is_finite_way(x)) {
+      return;
+    }
+    const bool is_two_sided = bodies_.body(slot.body).is_two_sided;
+    const RememberedTouch* const known = find_remembered(slot);
+    const std::optional<Nearest> nearest = find_nearest(candidates, x, is_two_sided, known);
+    if (!nearest) {
+      return;
+    }
+    const auto& [triangle, weights, away, unsigned_distance, outwards, alignment] = *nearest;
+    float ways = 0, mobility = step_.copy.particles[slot.place].w;
+    for (const Index corner : triangle) {
+      ways = std::max(ways, way(corner));
+      mobility += step_.copy.particles[corner].w;
+    }
+    const float most = kWay * thickness;
+    const float reach = kReach * thickness + std::min(way(slot.place), most) + std::min(ways, most);
+    const Index vertex_body = slot.body == pair.first ? pair.second : pair.first;
+    const bool is_corner = std::ranges::count(weights, 0.0F) == 2;
+    if (!(unsigned_distance < std::max(reach, kDeepest * thickness)) || !(mobility > 0) ||
+        (is_corner && vertex_body > slot.body)) {  // the corner has a contact of its own
+      return;
+    }
+    Vector3f normal = outwards;
+    float distance = 0;
+    if (unsigned_distance > 0) {
+      float side = alignment < 0 ? -1.0F : 1.0F;
+      const Vector3f towards = away / unsigned_distance;
+      if (is_two_sided) {
+        side =
+            known != nullptr && towards.dot(vector_of(known->normal)) < kOtherSide ? -1.0F : 1.0F;
+      }
+      distance = side * unsigned_distance;
+      normal = side * towards;
+    } else if (known != nullptr) {
+      normal = vector_of(known->normal);
+    }
+    if (!(distance < reach) || !(distance > -kDeepest * thickness)) {
+      return;
+    }
+    add(slot, vertex_body, *nearest, load(normal), distance, pair.contact, known);
+  }
+
+  void add(const TouchSlot& slot, Index vertex_body, const Nearest& nearest, const Vector& normal,
+           float distance, const TissueContact& settings, const RememberedTouch* known) {
+    if (touches_.contacts.size() >= static_cast<std::size_t>(step_.data.options.contact_capacity)) {
+      ++report_.dropped_contacts;
+      return;
+    }
+    TissueTouch touch;
+    touch.slot = slot;
+    touch.vertex_body = vertex_body;
+    touch.places[0] = slot.place;
+    touch.weights[0] = 1;
+    for (int k = 0; k < 3; ++k) {
+      touch.places[k + 1] = nearest.triangle[k];
+      touch.weights[k + 1] = -nearest.weights[k];
+    }
+    touch.normal = normal;
+    touch.mu = settings.friction;
+    const float wanted = std::min(settings.thickness, distance + kRecovery * step_.data.part.h);
+    touch.offset = vertices_.bases == nullptr ? wanted : wanted - distance;
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      touch.drift = touch.drift + touch.weights[k] * own_start(touch.places[k]);
+    }
+    if (known != nullptr && moves_vertices(step_.data.options)) {  // projections begin anew
+      touch.multiplier = known->force / inverse_dt_squared_;
+      const Vector along = known->friction - dot(known->friction, normal) * normal;
+      touch.friction = (1 / inverse_dt_squared_) * along;
+    }
+    touches_.contacts.push_back(touch);
+  }
+
+  // Where a vertex that has not moved would be, as MovingVertices count.
+  [[nodiscard]] Vector own_start(Index place) const {
+    return vertices_.bases == nullptr ? start(place) : load(step_.copy.carries[place]);
+  }
+
+  [[nodiscard]] const RememberedTouch* find_remembered(const TouchSlot& slot) const {
+    const auto found =
+        std::ranges::lower_bound(touches_.remembered, slot, {}, &RememberedTouch::slot);
+    return found != touches_.remembered.end() && found->slot == slot ? &*found : nullptr;
+  }
+
+  const StepContext& step_;
+  const ContactBodies& bodies_;
+  TissueTouches& touches_;
+  MovingVertices vertices_;
+  const Particle* starts_;
+  float inverse_dt_squared_;
+  StepReport& report_;
+  float thickest_ = 0;
+};
+
+}  // namespace
+
+bool has_touches(const StepContext& step) noexcept {
+  return !step.data.contact_bodies.empty();
+}
+
+void find_touches(const StepContext& step, const Substep<float>& lengths, StepReport& report) {
+  if (has_touches(step)) {
+    TouchSearch(step, lengths, report).run();
+  }
+}
+
+void remember_touches(const StepContext& step, const Substep<float>& lengths) {
+  TissueTouches& touches = step.copy.touches;
+  touches.remembered.clear();
+  for (const TissueTouch& touch : touches.contacts) {
+    touches.remembered.push_back({touch.slot, touch.normal,
+                                  lengths.inverse_dt_squared * touch.multiplier,
+                                  lengths.inverse_dt_squared * touch.friction});
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Which bodies meet each other, and their surfaces by places.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/solver/tissue_contact.h"
+#include "pbdsurg/tissue/tissue.h"
+
+namespace pbdsurg {
+
+class TissueSurface;
+
+/// Two bodies that meet each other, or one that meets itself.
+struct ContactPair {
+  Index first, second;  ///< bodies, ascending
+  TissueContact contact;
+};
+
+/// Of all copies. Empty, and at no cost, until bodies are to meet.
+class ContactBodies {
+ public:
+  using PlaceTriangle = std::array<Index, 3>;
+
+  struct Body {
+    Index body = kInvalidIndex;  ///< of the tissue
+    bool is_two_sided = false;   ///< a sheet
+    bool meets_itself = false;
+    Index first_vertex = 0;       ///< of its vertices among those of all
+    std::vector<Index> places{};  ///< of its surface, ascending
+    /// Each once, the smallest place first, as they are wound.
+    std::vector<PlaceTriangle> triangles{};
+  };
+
+  /// In the order of bodies.
+  [[nodiscard]] std::span<const ContactPair> pairs() const noexcept { return pairs_; }
+  [[nodiscard]] bool empty() const noexcept { return pairs_.empty(); }
+
+  /// Adds a pair, or replaces what it had.
+  void set(const ContactPair& pair);
+  /// Takes a pair out, if it is there.
+  void remove(Index first, Index second);
+  void replace(std::vector<ContactPair> pairs);
+  /// Takes out the pairs of bodies from an id on.
+  void drop_bodies_from(Index body);
+
+  /// Lists surfaces, if an edit came or pairs have changed since they were.
+  /// Cost: O(T) of the bodies' triangles, O(links).
+  /// @param surface  as of now
+  void refresh(const Tissue& tissue, const TissueSurface& surface,
+               std::span<const Index> place_of_vertex);
+
+  /// Of the lists: another number, other lists. Above zero.
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
+
+  /// Bodies of any pair, ascending.
+  [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_; }
+  [[nodiscard]] const Body& body(Index of_tissue) const noexcept;
+  /// Vertices of all surfaces above.
+  [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
+
+  /// Whether a vertex may meet a triangle: links join no corner of it, or of its neighbours, with
+  /// such of the vertex; and in the body's own surface, they are no neighbours, nor near at rest.
+  /// @param triangle  of `body`
+  /// @param near      m, at rest
+  [[nodiscard]] bool may_meet(Index place, Index vertex_body, const PlaceTriangle& triangle,
+                              const Body& body, float near) const;
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  void list(const Tissue& tissue, const TissueSurface& surface,
+            std::span<const Index> place_of_vertex);
+  void mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex);
+  void list_neighbors();
+
+  std::vector<ContactPair> pairs_;
+  std::vector<Body> bodies_;
+  Index vertex_count_ = 0;
+  std::uint64_t revision_ = 0;
+  std::optional<std::uint64_t> version_;  // of the tissue, that the lists are of
+  std::vector<bool> is_joined_;           // [place] links end there or next to it
+  // of surfaces that meet themselves
+  std::vector<Vec3<float>> rest_;       // [place] m
+  std::vector<Index> first_neighbors_;  // [place + 1]
+  std::vector<Index> neighbors_;        // places
+};
+
+}  // namespace pbdsurg

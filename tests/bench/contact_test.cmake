@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+# Runs the cases of contact that take seconds. Would catch tissue that slides, sticks, weighs or gives way
+# otherwise than closed forms say, or that a thin tool passes.
+include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
+run_table(contact 0 --quick --executor threads:1)
+
+string(JSON count LENGTH "${json}" contact)
+expect("rows" "${count}" 14)
+foreach(row RANGE 13)
+  string(JSON within GET "${json}" contact ${row} is_within)
+  if(NOT within STREQUAL "yes")
+    string(JSON case GET "${json}" contact ${row} case)
+    string(JSON method GET "${json}" contact ${row} method)
+    string(JSON error GET "${json}" contact ${row} error_percent)
+    message(SEND_ERROR "${case}, ${method}: off by ${error} %")
+  endif()
+endforeach()
