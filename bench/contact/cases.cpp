@@ -212,14 +212,7 @@ ContactOutcome shoot(const SolverOptions& options, int shots, float step) {
   Scene scene;
   const BodyId sheet = scene.add_sheet("sheet", mesh.positions, mesh.triangles, {});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  std::vector<Index> rim;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    const Index i = v % (kCells + 1), j = v / (kCells + 1);
-    if (i == 0 || j == 0 || i == kCells || j == kCells) {
-      rim.push_back(v);
-    }
-  }
-  scene.fix_vertices(sheet, rim);
+  scene.fix_vertices(sheet, testing::rim_of_sheet({kCells, kCells}));
   int passed = 0;
   for (int shot = 0; shot < shots; ++shot) {
     const auto random = [&](int k) { return static_cast<float>(random_unit(7, shot, k)); };
@@ -256,7 +249,7 @@ std::vector<ContactCase> contact_cases() {
   const char* const finer = "edges of 0.3 mm";
   std::vector<ContactCase> cases{
       {"cube between plates, 2 %", "N", "uniaxial Neo-Hookean", 1, true, press_between_plates}};
-  for (const auto& [edges, limit] : {std::pair(2, 40.0), std::pair(4, 15.0), std::pair(8, 7.0)}) {
+  for (const auto& [edges, limit] : {std::pair(4, 15.0), std::pair(8, 7.0)}) {
     cases.push_back(
         {"ball, " + std::to_string(edges) + " edges a contact's radius", "N", hertz, limit, false,
          [edges = edges](const SolverOptions& options) { return press_ball(options, edges); }});

@@ -245,10 +245,7 @@ Renumbering Compaction::finish(Solver& solver) {
     throw InvalidArgument("another solver follows the tissue, which cannot go along");
   }
   data.finish_running_step();
-  std::vector<Index> vertex_at(data.place_of_vertex.size());
-  for (std::size_t v = 0; v < vertex_at.size(); ++v) {
-    vertex_at[data.place_of_vertex[v]] = static_cast<Index>(v);
-  }
+  const std::vector<Index> vertex_at = data.vertices_at_places();
   SolverData& built = *parts_->built;
   built.watched_places.clear();
   for (const Index place : data.watched_places) {

@@ -44,11 +44,7 @@ std::vector<BodyContact> Solver::body_contacts(Index copy) const {
   if (touches.contacts.empty()) {
     return contacts;
   }
-  std::vector<Index> vertex_at(data_->place_of_vertex.size());
-  for (std::size_t v = 0; v < vertex_at.size(); ++v) {
-    vertex_at[data_->place_of_vertex[v]] = static_cast<Index>(v);
-  }
-  const auto vector_of = [](const Vec3<float>& v) { return Eigen::Vector3f(v.x, v.y, v.z); };
+  const std::vector<Index> vertex_at = data_->vertices_at_places();
   for (std::size_t c = 0; c < touches.contacts.size(); ++c) {
     const TissueTouch& touch = touches.contacts[c];
     const RememberedTouch& force = touches.remembered[c];

@@ -6,6 +6,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/solver/solver_checks.h"
+#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -115,15 +116,14 @@ Eigen::Vector3f Solver::tool_torque(ToolId tool, Index copy) const {
 }
 
 std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
-  const CopyState& owner = checked_copy(*data_, copy);
-  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  CopyState& owner = checked_copy(*data_, copy);
+  const ToolState& state = checked_tool(owner, tool);
   const float scale = owner.factors.stiffness;  // see substep_numbers()
-  std::vector<Index> vertex_at(data_->place_of_vertex.size());
-  for (std::size_t v = 0; v < vertex_at.size() && !state.surface_contacts.empty(); ++v) {
-    vertex_at[data_->place_of_vertex[v]] = static_cast<Index>(v);
-  }
-  const auto vector_of = [](const Vec3<float>& v) { return Eigen::Vector3f(v.x, v.y, v.z); };
   std::vector<ToolContact> contacts;
+  if (state.surface_contacts.empty()) {
+    return contacts;
+  }
+  const std::vector<Index> vertex_at = data_->vertices_at_places();
   for (std::size_t c = 0; c < state.surface_contacts.size(); ++c) {
     const SurfaceContact& contact = state.surface_contacts[c];
     const RememberedContact& force = state.remembered[c];

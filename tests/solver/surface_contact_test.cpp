@@ -10,6 +10,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
 
 namespace pbdsurg {
@@ -189,32 +190,12 @@ TEST_CASE("surface contact: what lies on a steeper slope slides as it must", "[v
 TEST_CASE("surface contact: nothing passes through a sheet", "[validation]") {
   const SolverMethod method = any_method();
   const float speed = GENERATE(0.1F, 1.0F);
-  std::vector<Eigen::Vector3d> points;
-  std::vector<Triangle> triangles;
   constexpr Index kCells = 8;
-  for (Index j = 0; j <= kCells; ++j) {
-    for (Index i = 0; i <= kCells; ++i) {
-      points.emplace_back(5e-3 * i, 5e-3 * j, 0);
-    }
-  }
-  for (Index j = 0; j < kCells; ++j) {
-    for (Index i = 0; i < kCells; ++i) {
-      const Index a = i + (kCells + 1) * j;
-      triangles.push_back({a, a + 1, a + kCells + 2});
-      triangles.push_back({a, a + kCells + 2, a + kCells + 1});
-    }
-  }
+  const testing::SheetMesh mesh = testing::make_slanted_sheet({kCells, kCells}, 5e-3);
   Scene scene;
   scene.set_gravity(Eigen::Vector3f::Zero());
-  const BodyId sheet = scene.add_sheet("sheet", points, triangles, {});
-  std::vector<Index> rim;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    const Index i = v % (kCells + 1), j = v / (kCells + 1);
-    if (i == 0 || j == 0 || i == kCells || j == kCells) {
-      rim.push_back(v);
-    }
-  }
-  scene.fix_vertices(sheet, rim);
+  const BodyId sheet = scene.add_sheet("sheet", mesh.positions, mesh.triangles, {});
+  scene.fix_vertices(sheet, testing::rim_of_sheet({kCells, kCells}));
   Solver solver(scene, {.method = method});
   // points down, above the middle of a triangle
   const Capsule rod{{0, 0, 0}, {0, 0, 50e-3F}, 0.5e-3F};
@@ -233,7 +214,7 @@ TEST_CASE("surface contact: nothing passes through a sheet", "[validation]") {
   const std::vector<Eigen::Vector3f> x = solver.positions();
   const auto triangle_below = [&] {
     float least = 1;
-    for (const Triangle& t : triangles) {
+    for (const Triangle& t : mesh.triangles) {
       Eigen::Matrix2f base;
       base.col(0) = (x[t[1]] - x[t[0]]).head<2>();
       base.col(1) = (x[t[2]] - x[t[0]]).head<2>();

@@ -53,6 +53,19 @@ inline SheetMesh make_sheet(std::array<Index, 2> cells, double edge, double jitt
   return mesh;
 }
 
+/// The vertices along the rim of make_sheet(), ascending.
+inline std::vector<Index> rim_of_sheet(std::array<Index, 2> cells) {
+  std::vector<Index> rim;
+  for (Index j = 0; j <= cells[1]; ++j) {
+    for (Index i = 0; i <= cells[0]; ++i) {
+      if (i == 0 || j == 0 || i == cells[0] || j == cells[1]) {
+        rim.push_back(i + (cells[0] + 1) * j);
+      }
+    }
+  }
+  return rim;
+}
+
 /// As make_sheet(), along diagonals that all go the same way, from the origin.
 inline SheetMesh make_slanted_sheet(std::array<Index, 2> cells, double edge) {
   SheetMesh mesh = make_sheet(cells, edge);

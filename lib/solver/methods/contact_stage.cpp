@@ -33,10 +33,6 @@ void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
   }
 }
 
-Eigen::Vector3f vector_of(const Vec3<float>& v) {
-  return {v.x, v.y, v.z};
-}
-
 PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end)};
 }

@@ -31,10 +31,6 @@ float* floats_of(Particle* particles) noexcept {
   return &particles->x;
 }
 
-Eigen::Vector3f vector_of(const Vec3<float>& v) {
-  return {v.x, v.y, v.z};
-}
-
 // How pushes move vertices: here, where calls of one corner cost no call of a library.
 struct Pusher {
   StepScratch& scratch;

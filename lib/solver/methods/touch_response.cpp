@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/touch_response.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/custom_constraints.h"
-#include "lib/solver/methods/held_vertex.h"
-#include "lib/solver/methods/loose_end.h"
 #include "lib/solver/methods/touch_search.h"
-#include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
@@ -29,39 +26,8 @@ Vector side_of(const MovingVertices& vertices, const TissueTouch& touch, int sid
   return sum;
 }
 
-// Gap and slip of a contact now.
-struct Reading {
-  float gap;    // m
-  Vector slip;  // m
-};
-
-Reading read(const TissueTouch& touch, const Vector& sum) {
-  const Vector way = sum - touch.drift;
-  return {dot(touch.normal, sum) - touch.offset, way - dot(touch.normal, way) * touch.normal};
-}
-
-Reading read(const MovingVertices& vertices, const TissueTouch& touch) {
-  return read(touch, side_of(vertices, touch, 0) + side_of(vertices, touch, 1));
-}
-
-// What a contact does after a gap and a slip, in the unit of its multipliers.
-struct Answer {
-  float pushed;
-  Vector dragged;
-  float sticking;  // share of the drag that friction bears, at most 1
-};
-
-Answer answer(const TissueTouch& touch, float mu, const Reading& reading, float scale,
-              float stiffness) {
-  const float trial = scale * touch.multiplier - stiffness * reading.gap;
-  Answer now{trial > 0 ? trial : 0.0F, {}, 0};
-  if (mu > 0 && trial > 0) {
-    const Vector drag = scale * touch.friction - stiffness * reading.slip;
-    const float square = dot(drag, drag), most = mu * now.pushed;
-    now.sticking = square > most * most ? most / std::sqrt(square) : 1.0F;
-    now.dragged = now.sticking * drag;
-  }
-  return now;
+ContactReading<float> read(const MovingVertices& vertices, const TissueTouch& touch) {
+  return read_plane(touch, side_of(vertices, touch, 0) + side_of(vertices, touch, 1));
 }
 
 // All corners, or none: momentum is theirs together.
@@ -93,43 +59,9 @@ void project(const StepContext& step, TissueTouch& touch, float friction) {
   for (int k = 0; k < TissueTouch::kCorners; ++k) {
     yield += touch.weights[k] * touch.weights[k] * vertices.moving[touch.places[k]].w;
   }
-  if (!(yield > 0)) {
-    return;
-  }
-  const auto project_once = [&](float mu) {
-    const Answer now = answer(touch, mu, read(vertices, touch), 1, 1 / yield);
-    if (!std::isfinite(now.pushed) || !is_finite_way(now.dragged)) {
-      return;
-    }
-    const Vector drag = mu > 0 ? now.dragged - touch.friction : Vector{};
-    const Vector push = (now.pushed - touch.multiplier) * touch.normal + drag;
-    touch.multiplier = now.pushed;
-    if (mu > 0) {
-      touch.friction = now.dragged;
-    }
-    move(step, vertices, touch, push);
-  };
-  project_once(0);
-  if (friction > 0) {
-    project_once(friction);
-  }
-}
-
-// m/N along a direction, of a vertex that its neighbours hold.
-float yield_of(const StepContext& step, const VertexState& state, Index place,
-               const Vector& normal) {
-  const auto [block_index, lane] = step.data.vertex_blocks.place_of(place);
-  const Particle& p = state.displacements[place];
-  if (block_index == kInvalidIndex || !(p.w > 0) || is_lost(state.fixed_points[place])) {
-    return 0;
-  }
-  const VertexRows rows = vertex_rows(step);
-  VertexEnergy<float> start;
-  start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[place]) - load(p));
-  const LaneAccess access{state.fixed_points, state.fixed_points[place], lane};
-  const HeldVertex held(step, {load(state.bases[place]), load(p)}, step.scratch.first_holds[place]);
-  const LooseEnd<float> end = find_loose_end(rows, rows.blocks[block_index], access, start, held);
-  return dot(normal, end.give * normal);
+  project_contact(
+      touch, friction, yield, [&] { return read(vertices, touch); },
+      [&](const Vector& push) { move(step, vertices, touch, push); });
 }
 
 }  // namespace
@@ -176,15 +108,9 @@ void add_touch(const StepContext& step, const TissueTouch& touch, int corner,
                float inverse_dt_squared, VertexEnergy<float>& energy) {
   const int side = corner == 0 ? 0 : 1;
   const Vector sum = side_of(moving_vertices(step), touch, side) + touch.seen[1 - side];
-  const Answer now = answer(touch, touch.mu, read(touch, sum), inverse_dt_squared, touch.stiffness);
-  if (!(now.pushed > 0)) {
-    return;
-  }
-  const float weight = touch.weights[corner];
-  const float square = weight * weight * touch.stiffness;
-  energy.force = energy.force + weight * (now.pushed * touch.normal + now.dragged);
-  energy.isotropic = energy.isotropic + now.sticking * square;
-  energy.add_square((1 - now.sticking) * square, touch.normal);
+  add_answer(touch,
+             answer(touch, touch.mu, read_plane(touch, sum), inverse_dt_squared, touch.stiffness),
+             touch.weights[corner], energy);
 }
 
 void answer_touches(const StepContext& step, const Substep<float>& lengths) {
@@ -199,12 +125,11 @@ void answer_touches(const StepContext& step, const Substep<float>& lengths) {
   const float square = 1 / lengths.inverse_dt_squared;
   for (TissueTouch& touch : touches) {
     touch.seen = {side_of(vertices, touch, 0), side_of(vertices, touch, 1)};
-    const Answer now = answer(touch, touch.mu, read(touch, touch.seen[0] + touch.seen[1]),
-                              lengths.inverse_dt_squared, touch.stiffness);
-    if (std::isfinite(now.pushed) && is_finite_way(now.dragged)) {
-      touch.multiplier = square * now.pushed;
-      touch.friction = square * now.dragged;
-    }
+    take_over(touch,
+              answer(touch, touch.mu, read_plane(touch, touch.seen[0] + touch.seen[1]),
+                     lengths.inverse_dt_squared, touch.stiffness)
+                  .force,
+              square);
   }
 }
 

@@ -26,10 +26,6 @@ constexpr float kReach = 2, kDeepest = 3, kWay = 8, kSlack = 2;
 // side of a thin wall, or of a sheet.
 constexpr float kOtherWall = -0.5F, kOtherSide = -0.7F;
 
-Vector3f vector_of(const Vector& v) {
-  return {v.x, v.y, v.z};
-}
-
 float length(const Vector& v) {
   return std::sqrt(dot(v, v));
 }

@@ -20,6 +20,10 @@ inline Vec3<float> load(const Eigen::Vector3f& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+inline Eigen::Vector3f vector_of(const Vec3<float>& v) {
+  return {v.x, v.y, v.z};
+}
+
 [[nodiscard]] inline Load gravity_load(const Eigen::Vector3f& gravity) {
   const Vec3<float> g = load(gravity);
   const float square = dot(g, g);

@@ -2,7 +2,6 @@
 #include "lib/solver/state/remembered_contacts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "pbdsurg/base/error.h"
@@ -11,10 +10,6 @@
 
 namespace pbdsurg {
 namespace {
-
-Eigen::Vector3f vector_of(const Vec3<float>& v) {
-  return {v.x, v.y, v.z};
-}
 
 [[noreturn]] void refuse(std::size_t contact, const std::string& why) {
   throw InvalidArgument("contact " + std::to_string(contact) + " of the snapshot " + why);
@@ -28,10 +23,7 @@ std::vector<SnapshotContact> contacts_of(const SolverState& state, const CopySta
                           [](const ToolState& tool) { return tool.remembered.empty(); })) {
     return contacts;
   }
-  std::vector<Index> vertex_at(state.place_of_vertex.size());
-  for (std::size_t v = 0; v < vertex_at.size(); ++v) {
-    vertex_at[state.place_of_vertex[v]] = static_cast<Index>(v);
-  }
+  const std::vector<Index> vertex_at = state.vertices_at_places();
   for (std::size_t t = 0; t < copy.tools.size(); ++t) {
     for (const RememberedContact& known : copy.tools[t].remembered) {
       SnapshotContact contact{ToolId(static_cast<Index>(t)), known.feature.places,
@@ -66,15 +58,7 @@ void check_contacts(std::span<const SnapshotContact> contacts, std::span<const T
       }
       is_behind = !is_there;
     }
-    constexpr float kRounding = 1e-3F;
-    if (!(std::abs(contact.normal.norm() - 1) < kRounding)) {
-      refuse(i, "has a normal of length " + std::to_string(contact.normal.norm()) +
-                    "; it must be a unit");
-    }
-    if (!(contact.force >= 0) || !std::isfinite(contact.force) || !contact.friction.allFinite()) {
-      refuse(i, "has a force of " + std::to_string(contact.force) +
-                    " N; it must be >= 0 and finite, and friction finite");
-    }
+    check_force(contact, [&](const std::string& why) { refuse(i, why); });
   }
 }
 

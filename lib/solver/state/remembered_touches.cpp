@@ -2,20 +2,16 @@
 #include "lib/solver/state/remembered_touches.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
 #include "pbdsurg/base/error.h"
 
 #include "lib/solver/state/load_store.h"
+#include "lib/solver/state/remembered_contacts.h"
 
 namespace pbdsurg {
 namespace {
-
-Eigen::Vector3f vector_of(const Vec3<float>& v) {
-  return {v.x, v.y, v.z};
-}
 
 [[noreturn]] void refuse(std::size_t contact, const std::string& why) {
   throw InvalidArgument("contact " + std::to_string(contact) + " between bodies of the snapshot " +
@@ -36,10 +32,7 @@ std::vector<SnapshotBodyContact> touches_of(const SolverState& state, const Copy
   if (copy.touches.remembered.empty()) {
     return contacts;
   }
-  std::vector<Index> vertex_at(state.place_of_vertex.size());
-  for (std::size_t v = 0; v < vertex_at.size(); ++v) {
-    vertex_at[state.place_of_vertex[v]] = static_cast<Index>(v);
-  }
+  const std::vector<Index> vertex_at = state.vertices_at_places();
   for (const RememberedTouch& known : copy.touches.remembered) {
     contacts.push_back({vertex_at[known.slot.place], known.slot.body, vector_of(known.normal),
                         known.force, vector_of(known.friction)});
@@ -54,15 +47,7 @@ void check_touches(std::span<const SnapshotBodyContact> contacts, std::size_t ve
     const SnapshotBodyContact& contact = contacts[i];
     check_number(i, "vertex", contact.vertex, vertex_count);
     check_number(i, "body", contact.body, body_count);
-    constexpr float kRounding = 1e-3F;
-    if (!(std::abs(contact.normal.norm() - 1) < kRounding)) {
-      refuse(i, "has a normal of length " + std::to_string(contact.normal.norm()) +
-                    "; it must be a unit");
-    }
-    if (!(contact.force >= 0) || !std::isfinite(contact.force) || !contact.friction.allFinite()) {
-      refuse(i, "has a force of " + std::to_string(contact.force) +
-                    " N; it must be >= 0 and finite, and friction finite");
-    }
+    check_force(contact, [&](const std::string& why) { refuse(i, why); });
     slots.emplace_back(contact.vertex, contact.body);
   }
   std::ranges::sort(slots);

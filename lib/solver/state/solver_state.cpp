@@ -258,6 +258,14 @@ std::size_t CopyState::memory_bytes() const noexcept {
   return bytes;
 }
 
+std::vector<Index> SolverState::vertices_at_places() const {
+  std::vector<Index> vertices(place_of_vertex.size());
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    vertices[place_of_vertex[v]] = static_cast<Index>(v);
+  }
+  return vertices;
+}
+
 std::size_t SolverState::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(place_of_vertex, watched_places, read_places, releases, changes.moved,

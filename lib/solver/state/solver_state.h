@@ -140,6 +140,9 @@ struct SolverState : CopyState {
     return index == 0 ? *this : others[index - 1];
   }
 
+  /// [place] scene vertices. Cost: O(vertices).
+  [[nodiscard]] std::vector<Index> vertices_at_places() const;
+
   [[nodiscard]] Particle& particle(Index vertex) { return particles[place_of_vertex[vertex]]; }
   [[nodiscard]] const Particle& particle(Index vertex) const {
     return particles[place_of_vertex[vertex]];

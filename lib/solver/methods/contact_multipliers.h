@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What contacts with tools and contacts between bodies share: a plane, which keeps
+///
+///     C = normal . sum(weights * u) - offset >= 0    m
+///
+/// and its multipliers. A Contact is a SurfaceContact or a TissueTouch.
+
+#include <cmath>
+
+#include "pbdsurg/constraints/vertex_block.h"
+
+#include "lib/solver/methods/contact_answer.h"
+#include "lib/solver/methods/vertex_moves.h"
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/program/step_scratch.h"
+
+namespace pbdsurg {
+
+/// @param sum  m, sum(weights * u) now
+template <class Contact>
+[[nodiscard]] ContactReading<float> read_plane(const Contact& contact, const Vec3<float>& sum) {
+  const Vec3<float> way = sum - contact.drift;
+  return {dot(contact.normal, sum) - contact.offset,
+          way - dot(contact.normal, way) * contact.normal};
+}
+
+/// @param scale  of the contact's multipliers
+template <class Contact>
+[[nodiscard]] ContactAnswer<float> answer(const Contact& contact, float friction,
+                                          const ContactReading<float>& reading, float scale,
+                                          float stiffness) {
+  return contact_answer({scale * contact.multiplier, scale * contact.friction}, friction, reading,
+                        stiffness);
+}
+
+[[nodiscard]] inline bool is_finite(const ContactForce<float>& force) {
+  return std::isfinite(force.push) && is_finite_way(force.drag);
+}
+
+/// Multipliers become a force, unless that is not finite.
+/// @param scale  of the force
+template <class Contact>
+void take_over(Contact& contact, const ContactForce<float>& force, float scale) {
+  if (is_finite(force)) {
+    contact.multiplier = scale * force.push;
+    contact.friction = scale * force.drag;
+  }
+}
+
+/// What an answer does at a corner that moves, of vertex blocks.
+template <class Contact>
+void add_answer(const Contact& contact, const ContactAnswer<float>& answer, float weight,
+                VertexEnergy<float>& energy) {
+  const auto& [force, sticking] = answer;
+  if (!(force.push > 0)) {
+    return;
+  }
+  const float square = weight * weight * contact.stiffness;
+  energy.force = energy.force + weight * (force.push * contact.normal + force.drag);
+  energy.isotropic = energy.isotropic + sticking * square;
+  energy.add_square((1 - sticking) * square, contact.normal);
+}
+
+/// Moves corners by their masses: out of the plane, then against the slip.
+/// @param yield  1/kg, sum(weights^2 * inverse masses)
+/// @param read   () -> ContactReading<float>
+/// @param move   (push) with push in kg m
+template <class Contact, class Read, class Move>
+void project_contact(Contact& contact, float friction, float yield, const Read& read,
+                     const Move& move) {
+  if (!(yield > 0)) {
+    return;
+  }
+  const auto project_once = [&](float mu) {
+    const ContactForce<float> now = answer(contact, mu, read(), 1, 1 / yield).force;
+    if (!is_finite(now)) {
+      return;
+    }
+    const Vec3<float> drag = mu > 0 ? now.drag - contact.friction : Vec3<float>{};
+    const Vec3<float> push = (now.push - contact.multiplier) * contact.normal + drag;
+    contact.multiplier = now.push;
+    if (mu > 0) {
+      contact.friction = now.drag;
+    }
+    move(push);
+  };
+  project_once(0);
+  if (friction > 0) {
+    project_once(friction);
+  }
+}
+
+/// m/N along a direction, of a vertex that its neighbours hold.
+[[nodiscard]] float yield_of(const StepContext& step, const VertexState& state, Index place,
+                             const Vec3<float>& direction);
+
+}  // namespace pbdsurg
