@@ -12,6 +12,8 @@
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
+#include "cuda/solver/surface_kernels.cuh"
+#include "cuda/solver/surface_piece_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
@@ -23,6 +25,12 @@ constexpr StepKernels all_kernels() {
   return {&code_architecture,
           &advance,
           &find_contacts,
+          &find_surface_contacts,
+          &begin_surface_contacts,
+          &project_surface_contacts,
+          &answer_surface_contacts,
+          &remember_surface_contacts,
+          &ease_surface_contacts,
           &project,
           &project_attachments,
           &project_contacts,

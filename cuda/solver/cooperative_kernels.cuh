@@ -551,9 +551,14 @@ __global__ void __launch_bounds__(kBlockThreads)
       energy = start;
     }
 
-    const auto solve = [&](const VertexEnergy<float>& whole) {
+    const auto solve = [&](VertexEnergy<float> whole) {
       if constexpr (kTools) {
         if (hold != kInvalidIndex) {
+          if (tools.surfaces.first_holds != nullptr) {
+            __threadfence();  // other corners of contacts are neighbours: they are where they said
+            add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared,
+                                 whole);
+          }
           const HeldVertex held{tools,
                                 input,
                                 sweeps.substep,
@@ -574,6 +579,12 @@ __global__ void __launch_bounds__(kBlockThreads)
         move = move_vertex(rows, block, access, start, energy, solve);
       }
       const Vec3<float> moved = moves ? u + move : u;
+      if constexpr (kTools) {
+        if (hold != kInvalidIndex && tools.surfaces.first_holds != nullptr) {
+          store_particle(&at(state.displacements, corner), moved, p.w);
+          __threadfence();  // before its point says so
+        }
+      }
       store_counted(&at(points, corner), moves ? with_move(base, moved, inverse_unit) : own,
                     count + 1);
       if (kStep && ends) {

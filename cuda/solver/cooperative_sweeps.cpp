@@ -105,17 +105,20 @@ class CooperativeSweeps final : public Sweeps {
       kernels_.pack_numbers(arrays.vertices, tiles_, launch);
     }
     const Reach reach = arrays.has_tools() ? Reach::held_substep : Reach::substep;
-    const Index count = arrays.sweep_count;
-    if (!arrays.has_correction()) {
-      sweep(reach, arrays, substep, {0, count}, launch);
-      return;
+    // what comes between sweeps: surfaces answer after each, a correction comes after the first
+    for (Index first = 0; first < arrays.sweep_count;) {
+      const bool is_alone = arrays.has_meeters || (first == 0 && arrays.has_correction());
+      const Index end = is_alone ? first + 1 : arrays.sweep_count;
+      sweep(reach, arrays, substep, {first, end}, launch);
+      if (arrays.has_meeters) {
+        kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
+                                         arrays.input, launch);
+      }
+      if (first == 0 && arrays.has_correction()) {
+        correct(arrays, launch);
+      }
+      first = end;
     }
-    sweep(reach, arrays, substep, {0, 1}, launch);
-    find_residuals(arrays, launch);
-    kernels_.move_by_modes(arrays.state, arrays.coarse, arrays.input, arrays.has_tools(), launch);
-    find_residuals(arrays, launch);
-    kernels_.turn_back_moves(arrays.state, arrays.coarse, arrays.input, launch);
-    sweep(reach, arrays, substep, {1, count}, launch);
   }
 
   // Tools need contacts found in each substep, damping its rows written, and so on: then there is a
@@ -157,7 +160,13 @@ class CooperativeSweeps final : public Sweeps {
   }
 
  private:
-  // Of a coarse correction.
+  void correct(const SweepArrays& arrays, const Launch& launch) const {
+    find_residuals(arrays, launch);
+    kernels_.move_by_modes(arrays.state, arrays.coarse, arrays.input, arrays.has_tools(), launch);
+    find_residuals(arrays, launch);
+    kernels_.turn_back_moves(arrays.state, arrays.coarse, arrays.input, launch);
+  }
+
   void find_residuals(const SweepArrays& arrays, const Launch& launch) const {
     kernels_.find_residuals_by_tiles(arrays.state, arrays.vertices, tiles_, arrays.coarse,
                                      arrays.input, arrays.has_tools(), launch);

@@ -26,6 +26,7 @@
 #include "lib/device/word_batches.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/state_report.h"
 
 namespace pbdsurg::cuda {
@@ -71,6 +72,15 @@ bool can_overlap(const StepKernels& kernels) {
   PBDSURG_CUDA_CHECK(cudaRuntimeGetVersion(&runtime));
   PBDSURG_CUDA_CHECK(cudaDriverGetVersion(&driver));
   return kernels.code_architecture() >= 90 && runtime >= kSince && driver >= kSince;
+}
+
+bool meets_surfaces(const SolverData& data) {
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    if (std::ranges::any_of(data.copy(i).tools, is_meeter)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 class CudaBackend final : public Backend {
@@ -297,6 +307,10 @@ class CudaBackend final : public Backend {
         changes.rows_anew) {
       follow_edit(data);  // one that was broken off
     }
+    if (strategy_ == DeviceStrategy::cluster && meets_surfaces(data)) {  // which no cluster knows
+      strategy_ = DeviceStrategy::graph;
+      is_planned_ = false;
+    }
     if (!is_planned_) {
       words_.clear();
       make_plan(data);
@@ -314,14 +328,16 @@ class CudaBackend final : public Backend {
     state_.take_over(data, stream_.get());
     free_pieces_.take_over(data.free_pieces, stream_.get());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
-      tools_.take_over(data, state_.arrays().capacity);
+      tools_.take_over(data, state_.arrays().capacity, stream_.get());
+    } else {
+      tools_.follow_surfaces(data, stream_.get());
     }
     if (changes.watched) {
       watched_places_.upload(data.watched_places, stream_.get());
     }
     const auto copies = static_cast<std::size_t>(data.copy_count());
     sums_.reserve(copies);
-    forces_.reserve(copies * data.tools.size());
+    wrenches_.reserve(copies * data.tools.size());
     watched_.reserve(copies * data.watched_places.size());
   }
 
@@ -382,12 +398,16 @@ class CudaBackend final : public Backend {
   // The forces on tools so far, once the device has done a part of a step.
   // @return  the largest stiffest_vertex() of the copies
   float take_findings(SolverState& state) {
-    const Vec3<float>* force = forces_.get();
+    const Wrench* wrench = wrenches_.get();
     float stiffest = 0;
+    if (!is_stalled(state.copy_count())) {
+      tools_.take_contacts(state);
+    }
     for (Index i = 0; i < state.copy_count(); ++i) {
       for (ToolState& tool : state.copy(i).tools) {
-        tool.force = {force->x, force->y, force->z};
-        ++force;
+        tool.force = vector_of(wrench->force);
+        tool.torque = vector_of(wrench->torque);
+        ++wrench;
       }
       stiffest = std::max(stiffest, std::bit_cast<float>(sums_.get()[i].stiffest));
     }
@@ -397,7 +417,7 @@ class CudaBackend final : public Backend {
   void forget_findings(SolverState& state) {
     for (Index i = 0; i < state.copy_count(); ++i) {
       for (ToolState& tool : state.copy(i).tools) {
-        tool.force = Eigen::Vector3f::Zero();
+        tool.force = tool.torque = Eigen::Vector3f::Zero();
       }
     }
     stiffest_.reset();
@@ -408,10 +428,10 @@ class CudaBackend final : public Backend {
     DeviceStep step{&kernels_of(data.options),
                     {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
                      has_cluster ? std::span<const Stage>() : plan_.open_stages(),
-                     tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
-                     data.part.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays(),
-                     coarse_.arrays(), has_cluster ? 0 : plan_.revision()},
-                    {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+                     tools_.has_pushers(), tools_.has_attachments(), tools_.has_meeters(),
+                     vertices_.arrays(), data.part.division.sweeps, has_stiff_links(data.plan),
+                     free_pieces_.arrays(), coarse_.arrays(), has_cluster ? 0 : plan_.revision()},
+                    {sums_.get(), wrenches_.get(), watched_.get(), watched_places_.get()},
                     step_program(data.options, data.part.division),
                     changes_lengths};
     if (strategy_ == DeviceStrategy::cooperative && data.part.is_first()) {
@@ -494,7 +514,7 @@ class CudaBackend final : public Backend {
   PinnedBuffer<StepSums> sums_;    // [copy]
   std::optional<float> stiffest_;  // after the last step
   std::uint64_t stiffest_revision_ = 0;
-  PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]
+  PinnedBuffer<Wrench> wrenches_;      // [copy][tool]
   PinnedBuffer<Vec3<float>> watched_;  // [copy][watched]
   bool is_planned_ = false;            // stages and records follow the data
   bool have_rows_changed_ = false;     // since the last step

@@ -11,11 +11,13 @@ class Enqueuer {
         sweeps_(sweeps),
         launch_(launch),
         ends_apart_(step.changes_lengths ||
-                    (step.arrays.state.ways != nullptr && step.arrays.has_pushers)) {}
+                    (step.arrays.state.ways != nullptr &&
+                     (step.arrays.has_pushers || step.arrays.has_meeters))) {}
 
   void run(StepOperation operation, Index substep) {
-    const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices,
-                 sweep_count, has_stiff_links, free_pieces, coarse, stages_revision] = step_.arrays;
+    const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments,
+                 has_meeters, vertices, sweep_count, has_stiff_links, free_pieces, coarse,
+                 stages_revision] = step_.arrays;
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {
@@ -44,12 +46,18 @@ class Enqueuer {
         if (has_pushers) {
           kernels.ease_contacts(state, tools, input, launch_);
         }
+        if (has_meeters) {
+          kernels.ease_surface_contacts(state, free_pieces, tools, input, substep, launch_);
+        }
         break;
       case StepOperation::clear_multipliers:
         break;  // the first sweep reads none
       case StepOperation::find_contacts:
         if (has_pushers) {
           kernels.find_contacts(state, tools, input, substep, launch_);
+        }
+        if (has_meeters) {
+          kernels.find_surface_contacts(state, tools, input, substep, has_pushers, launch_);
         }
         break;
       case StepOperation::gather_holds:
@@ -81,17 +89,27 @@ class Enqueuer {
         break;
       case StepOperation::settle_holds:
         settle_holds(substep);
+        if (has_meeters) {
+          kernels.project_surface_contacts(state, tools, true, launch_);
+        }
         break;
       case StepOperation::keep_momentum:
         if (free_pieces.count > 0) {
           kernels.keep_momentum(state, vertices, free_pieces, has_tools, launch_);
         }
         break;
-      case StepOperation::meet_surfaces:  // no device has tools that meet surfaces
+      case StepOperation::meet_surfaces:
+        if (has_meeters) {
+          kernels.begin_surface_contacts(state, vertices, tools, input, substep, launch_);
+        }
         break;
       case StepOperation::collect_forces:
         if (has_tools) {
-          kernels.collect_forces(state, tools, input, launch_);
+          kernels.collect_forces(state, tools, input, substep, launch_);
+        }
+        if (has_meeters) {
+          kernels.remember_surface_contacts(
+              state, tools, input, substep + 1 == step_.program.division.substeps, launch_);
         }
         break;
     }

@@ -36,6 +36,10 @@ class LaunchedSweeps final : public Sweeps {
         }
       }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
+        if (arrays.has_meeters) {
+          kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
+                                           arrays.input, launch);
+        }
         if (is_first && arrays.has_correction()) {
           correct(arrays, launch);
         }
@@ -47,6 +51,9 @@ class LaunchedSweeps final : public Sweeps {
       }
       if (arrays.has_pushers) {
         kernels_.project_contacts(arrays.state, arrays.tools, arrays.input, launch);
+      }
+      if (arrays.has_meeters) {
+        kernels_.project_surface_contacts(arrays.state, arrays.tools, false, launch);
       }
     }
   }

@@ -183,11 +183,11 @@ __global__ void __launch_bounds__(kReportThreads)
     watched[i] = position_of(load_particle(state.particles + __ldg(output.watched_places + i)));
   }
   if (is_last_block(&input->sums.blocks_done)) {
-    const Vec3<float>* const forces = table<Vec3<float>>(input, input->forces);
-    Vec3<float>* const out =
-        output.forces + copy_index() * static_cast<std::size_t>(input->tool_count);
+    const Wrench* const wrenches = table<Wrench>(input, input->wrenches);
+    Wrench* const out =
+        output.wrenches + copy_index() * static_cast<std::size_t>(input->tool_count);
     for (Index t = static_cast<Index>(threadIdx.x); t < input->tool_count; t += kReportThreads) {
-      out[t] = forces[t];
+      out[t] = wrenches[t];
     }
     constexpr Index kWords = sizeof(StepSums) / sizeof(std::uint32_t);
     if (threadIdx.x < kWords) {

@@ -93,6 +93,29 @@ struct StepKernels {
   void (*find_contacts)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
                         const Launch&);
 
+  // Of tools that meet surfaces, likewise.
+
+  /// @param has_pushers  whether find_contacts() has counted others
+  void (*find_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                                bool has_pushers, const Launch&);
+  /// Of vertex blocks, before the sweeps: how stiffly contacts are met.
+  void (*begin_surface_contacts)(const DeviceState&, const VertexArrays&, const ToolArrays&,
+                                 StepInput*, Index substep, const Launch&);
+  /// After a sweep of projections; or, after all of vertex blocks, of what is still inside of
+  /// tools.
+  void (*project_surface_contacts)(const DeviceState&, const ToolArrays&, bool settles,
+                                   const Launch&);
+  /// After a sweep of vertex blocks: balances the free pieces that surfaces touch, and takes over
+  /// the forces of contacts.
+  void (*answer_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
+                                  StepInput*, const Launch&);
+  /// After all sweeps: for the next substep and, if it tells, for the host.
+  void (*remember_surface_contacts)(const DeviceState&, const ToolArrays&, const StepInput*,
+                                    bool tells, const Launch&);
+  /// See ease_contacts().
+  void (*ease_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
+                                StepInput*, Index substep, const Launch&);
+
   void (*project)(const Stage&, const Projection&, const DeviceState&, const ConstraintArrays&,
                   const StepInput*, const Launch&);
 
@@ -186,8 +209,9 @@ struct StepKernels {
   void (*keep_momentum)(const DeviceState&, const VertexArrays&, const FreePieceArrays&,
                         bool has_tools, const Launch&);
 
-  /// Adds a substep's share to the forces on tools.
-  void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);
+  /// Adds a substep's share to the forces and torques on tools.
+  void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                         const Launch&);
 
   /// Of BDF2, at the end of a substep: what tools push does not spring back. There are pushers.
   void (*ease_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);

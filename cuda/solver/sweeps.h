@@ -30,6 +30,7 @@ struct SweepArrays {
   std::span<const Stage> stages;
   bool has_pushers = false;
   bool has_attachments = false;
+  bool has_meeters = false;  ///< tools that meet surfaces
   VertexArrays vertices{};
   Index sweep_count = 1;         ///< of a substep
   bool has_stiff_links = false;  ///< that live: else some stages have none left
@@ -37,7 +38,9 @@ struct SweepArrays {
   CoarseArrays coarse{};
   std::uint64_t stages_revision = 0;  ///< changes with the stages
 
-  [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
+  [[nodiscard]] bool has_tools() const noexcept {
+    return has_pushers || has_attachments || has_meeters;
+  }
   /// Of each substep, after its first sweep.
   [[nodiscard]] bool has_correction() const noexcept {
     return coarse.node_count > 0 && sweep_count > 1;
@@ -47,10 +50,10 @@ struct SweepArrays {
     return state == other.state && constraints == other.constraints && tools == other.tools &&
            input == other.input && stages.data() == other.stages.data() &&
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
-           has_attachments == other.has_attachments && vertices == other.vertices &&
-           sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links &&
-           free_pieces == other.free_pieces && coarse == other.coarse &&
-           stages_revision == other.stages_revision;
+           has_attachments == other.has_attachments && has_meeters == other.has_meeters &&
+           vertices == other.vertices && sweep_count == other.sweep_count &&
+           has_stiff_links == other.has_stiff_links && free_pieces == other.free_pieces &&
+           coarse == other.coarse && stages_revision == other.stages_revision;
   }
 };
 

@@ -13,6 +13,7 @@
 
 #include "cuda/solver/longest_wait.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
@@ -25,7 +26,13 @@ ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const Cop
   };
   CopyTools tools;
   std::vector<Hold> holds;
-  for (const ToolState& tool : copy.tools) {
+  for (std::size_t t = 0; t < copy.tools.size(); ++t) {
+    const ToolState& tool = copy.tools[t];
+    if (is_meeter(tool)) {
+      tools.meeters.push_back(static_cast<Index>(t));
+      tools.swept_count += static_cast<Index>(tool.capsules.size());
+      tools.half_space_count += static_cast<Index>(tool.half_spaces.size());
+    }
     if (is_pusher(tool)) {
       ++tools.pusher_count;
       tools.capsule_count += static_cast<Index>(tool.capsules.size());
@@ -47,7 +54,7 @@ ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const Cop
   return tools;
 }
 
-void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
+void ToolBuffers::take_over(const SolverData& data, Index vertex_room, cudaStream_t stream) {
   const auto copy_count = static_cast<std::size_t>(data.copy_count());
   copies_.resize(copy_count);
   for (Index copy = 0; copy < data.copy_count(); ++copy) {
@@ -56,6 +63,9 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
     const CopyTools& tools = copies_[copy] = find_tools(data, data.copy(copy));
     has_pushers_ = has_pushers_ || tools.pusher_count > 0;
     has_attachments_ = has_attachments_ || tools.attachment_count > 0;
+    has_meeters_ = has_meeters_ || !tools.meeters.empty();
+    meeter_room_ = std::max(meeter_room_, static_cast<Index>(tools.meeters.size()));
+    half_space_room_ = std::max(half_space_room_, tools.half_space_count);
     arrays_.pusher_room = std::max(arrays_.pusher_room, tools.pusher_count);
     arrays_.attachment_room = std::max(arrays_.attachment_room, tools.attachment_count);
   }
@@ -68,6 +78,7 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
   arrays_ = {touched_.reserve(pushers * words),
              planes_.reserve(pushers * places),
              contact_multipliers_.reserve(pushers * places),
+             contact_points_.reserve(pushers * places),
              contact_places_.reserve(pushers * room),
              contact_counts_.reserve(pushers),
              attachment_multipliers_.reserve(copy_count *
@@ -75,8 +86,17 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
              static_cast<Index>(words),
              static_cast<Index>(room),
              arrays_.pusher_room,
-             arrays_.attachment_room};
+             arrays_.attachment_room,
+             {}};
   vertex_room_ = vertex_room;
+  follow_surfaces(data, stream);
+}
+
+void ToolBuffers::follow_surfaces(const SolverData& data, cudaStream_t stream) {
+  if (has_meeters_) {
+    surfaces_.take_over(data, {vertex_room_, meeter_room_, half_space_room_}, stream);
+    arrays_.surfaces = surfaces_.arrays();
+  }
 }
 
 // Sets the counts and tables of a copy, in bytes from its input.
@@ -96,8 +116,12 @@ std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::
   input.capsule_count = tools.capsule_count;
   input.attachment_count = tools.attachment_count;
   input.held_count = static_cast<Index>(tools.held.size());
+  input.meeter_count = static_cast<Index>(tools.meeters.size());
+  input.swept_count = tools.swept_count;
+  input.half_space_count = tools.half_space_count;
   input.tools = place(data.tools.size() * sizeof(ToolInput));
-  input.forces = place(data.tools.size() * sizeof(Vec3<float>));
+  input.wrenches = place(data.tools.size() * sizeof(Wrench));
+  input.origins = place(substeps * data.tools.size() * sizeof(Vec3<float>));
   input.pushers =
       place(substeps * static_cast<std::size_t>(tools.pusher_count) * sizeof(PusherInput));
   input.capsules =
@@ -105,6 +129,16 @@ std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::
   input.attachments = place(substeps * attachments * sizeof(AttachmentInput));
   input.held = place(tools.held.size() * sizeof(HeldInput));
   input.held_order = place(attachments * sizeof(Index));
+  input.meeters = place(substeps * tools.meeters.size() * sizeof(MeeterInput));
+  input.swept =
+      place(substeps * static_cast<std::size_t>(tools.swept_count) * sizeof(SweptCapsule));
+  input.half_spaces =
+      place(substeps * static_cast<std::size_t>(tools.half_space_count) * sizeof(SweptHalfSpace));
+  std::size_t remembered = 0;
+  for (const Index tool : tools.meeters) {
+    remembered += data.copy(static_cast<Index>(copy)).tools[tool].remembered.size();
+  }
+  input.remembered = place(remembered * sizeof(RememberedContact));
   return end;
 }
 
@@ -115,17 +149,50 @@ void ToolBuffers::write_substep(const CopyState& copy, Index substep, StepInput*
       table<PlacedCapsule>(input, input->capsules) + substep * input->capsule_count;
   AttachmentInput* attachment =
       table<AttachmentInput>(input, input->attachments) + substep * input->attachment_count;
+  Vec3<float>* origin = table<Vec3<float>>(input, input->origins) + substep * input->tool_count;
   Index capsule = 0;
   for (const ToolState& tool : copy.tools) {
     if (is_pusher(tool)) {
       *pusher++ = {contact_box(tool.placed_capsules), capsule,
                    static_cast<Index>(tool.capsules.size())};
       for (const Capsule& placed : tool.placed_capsules) {
-        capsules[capsule++] = {load(placed.start), placed.radius, load(placed.end)};
+        capsules[capsule++] = pbdsurg::placed(placed);
       }
     }
     for (const Attachment& held : tool.attachments) {
       *attachment++ = {load(held.target), copy.grasp_compliance(held)};
+    }
+    *origin++ = load(Eigen::Vector3f(tool.placed.translation()));
+  }
+}
+
+// Likewise of those that meet surfaces.
+void ToolBuffers::write_meeters(const CopyState& copy, const CopyTools& tools, Index substep,
+                                StepInput* input) {
+  MeeterInput* meeter = table<MeeterInput>(input, input->meeters) + substep * input->meeter_count;
+  SweptCapsule* const swept =
+      table<SweptCapsule>(input, input->swept) + substep * input->swept_count;
+  SweptHalfSpace* const half_spaces =
+      table<SweptHalfSpace>(input, input->half_spaces) + substep * input->half_space_count;
+  Index capsule = 0, half_space = 0, remembered = 0;
+  for (const Index index : tools.meeters) {
+    const ToolState& tool = copy.tools[index];
+    const auto remembered_count = static_cast<Index>(tool.remembered.size());
+    *meeter++ = {swept_box(tool),
+                 capsule,
+                 static_cast<Index>(tool.capsules.size()),
+                 half_space,
+                 static_cast<Index>(tool.half_spaces.size()),
+                 remembered,
+                 remembered_count,
+                 tool.surface.friction,
+                 tool.surface.features == ContactFeatures::all};
+    remembered += remembered_count;
+    for (std::size_t c = 0; c < tool.capsules.size(); ++c) {
+      swept[capsule++] = {placed(tool.capsules_before[c]), placed(tool.placed_capsules[c])};
+    }
+    for (const HalfSpace& each : tool.half_spaces) {
+      half_spaces[half_space++] = swept_half_space(tool, each);
     }
   }
 }
@@ -133,19 +200,26 @@ void ToolBuffers::write_substep(const CopyState& copy, Index substep, StepInput*
 void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, const StepPart& part,
                               StepInput* input) {
   Index pusher = 0;
+  Index meeter = 0;
   Index attachment = 0;
   for (std::size_t t = 0; t < copy.tools.size(); ++t) {
     const ToolState& tool = copy.tools[t];
     const auto held = static_cast<Index>(tool.attachments.size());
     table<ToolInput>(input, input->tools)[t] = {is_pusher(tool) ? pusher++ : kInvalidIndex,
-                                                attachment, held, 0};
-    table<Vec3<float>>(input, input->forces)[t] =
-        part.is_first() ? Vec3<float>{} : load(tool.force);
+                                                is_meeter(tool) ? meeter++ : kInvalidIndex,
+                                                attachment, held};
+    table<Wrench>(input, input->wrenches)[t] =
+        part.is_first() ? Wrench{} : Wrench{load(tool.force), load(tool.torque)};
     attachment += held;
   }
   for (int substep = 0; substep < part.division.substeps && !copy.tools.empty(); ++substep) {
-    place_tools(copy, part.done_after(substep));
+    place_tools(copy, part.done_after(substep), part.done_after(substep - 1));
     write_substep(copy, substep, input);
+    write_meeters(copy, tools, substep, input);
+  }
+  RememberedContact* remembered = table<RememberedContact>(input, input->remembered);
+  for (const Index tool : tools.meeters) {
+    remembered = std::ranges::copy(copy.tools[tool].remembered, remembered).out;
   }
   std::ranges::copy(tools.held, table<HeldInput>(input, input->held));
   std::ranges::copy(tools.held_order, table<Index>(input, input->held_order));
@@ -185,7 +259,9 @@ bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_b
                          cudaStream_t stream) {
   StepInput header{};
   header.unit = data.vertex_blocks.unit();
+  header.h = data.part.h;
   header.inverse_h = 1 / data.part.h;
+  header.per_step = data.part.per_step;
   header.heading = is_explicit(data.options) ? data.stable_substep.heading() : 0;
   header.substep_count = data.part.division.substeps;
   header.moves_before = moves_before;
@@ -213,6 +289,7 @@ bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_b
     CopyState& state = data.copy(static_cast<Index>(copy));
     size = lay_out(data, copy, size, header);
     changes_lengths = write_lengths(data, state, header) || changes_lengths;
+    header.density = state.factors.density;
     header.sums.dropped_contacts = data.part.is_first() ? 0 : before[copy].dropped_contacts;
     write_tools(state, copies_[copy], data.part, new (inputs + copy) StepInput(header));
   }
@@ -221,9 +298,16 @@ bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_b
   return changes_lengths;
 }
 
+void ToolBuffers::take_contacts(SolverState& state) const {
+  for (Index copy = 0; copy < state.copy_count() && has_meeters_; ++copy) {
+    surfaces_.take_contacts(copy, copies_[copy].meeters, state.copy(copy));
+  }
+}
+
 std::size_t ToolBuffers::memory_bytes() const noexcept {
   return device_input_.memory_bytes() + touched_.memory_bytes() + planes_.memory_bytes() +
-         contact_multipliers_.memory_bytes() + contact_places_.memory_bytes() +
+         contact_multipliers_.memory_bytes() + contact_points_.memory_bytes() +
+         surfaces_.memory_bytes() + contact_places_.memory_bytes() +
          contact_counts_.memory_bytes() + attachment_multipliers_.memory_bytes();
 }
 

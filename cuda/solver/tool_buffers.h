@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cuda/buffer.cuh"
+#include "cuda/solver/surface_buffers.h"
 #include "lib/device/device_arrays.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -15,14 +16,27 @@ namespace pbdsurg::cuda {
 
 /// A tool that has capsules and holds nothing pushes what it touches.
 inline bool is_pusher(const ToolState& tool) {
-  return !tool.capsules.empty() && tool.attachments.empty();
+  return !tool.capsules.empty() && tool.attachments.empty() && !tool.has_surface();
+}
+
+/// Likewise one that meets surfaces, which may also have half spaces.
+inline bool is_meeter(const ToolState& tool) {
+  return tool.has_surface() && tool.attachments.empty() &&
+         !(tool.capsules.empty() && tool.half_spaces.empty());
 }
 
 class ToolBuffers {
  public:
   /// Follows tools that are new or hold something else, and room for more vertices.
   /// @param vertex_room  at least as many as there are
-  void take_over(const SolverData& data, Index vertex_room);
+  void take_over(const SolverData& data, Index vertex_room, cudaStream_t stream);
+
+  /// Follows triangles and free pieces, if a tool meets surfaces. Cost: O(triangles + places) when
+  /// these have changed.
+  void follow_surfaces(const SolverData& data, cudaStream_t stream);
+
+  /// What tools touched when the device has done a part of a step.
+  void take_contacts(SolverState& state) const;
 
   /// Computes what the host tells about a part of a step, and enqueues its copy. No step may be at
   /// work. Forces of tools go on from those that they have, but for the first part.
@@ -41,6 +55,7 @@ class ToolBuffers {
   /// Whether any copy has some.
   [[nodiscard]] bool has_pushers() const noexcept { return has_pushers_; }
   [[nodiscard]] bool has_attachments() const noexcept { return has_attachments_; }
+  [[nodiscard]] bool has_meeters() const noexcept { return has_meeters_; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
@@ -56,6 +71,8 @@ class ToolBuffers {
     Index pusher_count = 0;
     Index capsule_count = 0;  // of pushers
     Index attachment_count = 0;
+    std::vector<Index> meeters;  // tools
+    Index swept_count = 0, half_space_count = 0, remembered_count = 0;
   };
 
   static CopyTools find_tools(const SolverData& data, const CopyState& copy);
@@ -64,20 +81,25 @@ class ToolBuffers {
   static void write_tools(CopyState& copy, const CopyTools& tools, const StepPart& part,
                           StepInput* input);
   static void write_substep(const CopyState& copy, Index substep, StepInput* input);
+  static void write_meeters(const CopyState& copy, const CopyTools& tools, Index substep,
+                            StepInput* input);
 
   std::vector<CopyTools> copies_;
-  Index vertex_room_ = 0;
+  Index vertex_room_ = 0, meeter_room_ = 0, half_space_room_ = 0;
 
   bool has_pushers_ = false;
   bool has_attachments_ = false;
+  bool has_meeters_ = false;
 
   PinnedBuffer<Word> host_input_;
   DeviceBuffer<Word> device_input_;
   DeviceBuffer<std::uint32_t> touched_;
   DeviceBuffer<ContactPlane> planes_;
   DeviceBuffer<float> contact_multipliers_;
+  DeviceBuffer<Vec3<float>> contact_points_;
   DeviceBuffer<Index> contact_places_, contact_counts_;
   DeviceBuffer<Vec3<float>> attachment_multipliers_;
+  SurfaceBuffers surfaces_;
   ToolArrays arrays_{};
 };
 

@@ -10,6 +10,7 @@
 #include "pbdsurg/constraints/contact.h"
 
 #include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/surface_contact.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
@@ -28,9 +29,11 @@ __device__ inline ToolArrays of_copy(ToolArrays tools, Index place_room) {
   tools.touched += pushers * static_cast<std::size_t>(tools.word_count);
   tools.planes += pushers * static_cast<std::size_t>(place_room);
   tools.contact_multipliers += pushers * static_cast<std::size_t>(place_room);
+  tools.contact_points += pushers * static_cast<std::size_t>(place_room);
   tools.contact_places += pushers * static_cast<std::size_t>(tools.contact_room);
   tools.contact_counts += pushers;
   tools.attachment_multipliers += copy_index() * static_cast<std::size_t>(tools.attachment_room);
+  tools.surfaces = of_copy(tools.surfaces, place_room);
   return tools;
 }
 
@@ -106,6 +109,8 @@ __global__ void __launch_bounds__(kToolThreads)
       const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
       tools.planes[slot] = search.plane;
       tools.contact_multipliers[slot] = 0;
+      const auto& [normal, offset] = search.plane;
+      tools.contact_points[slot] = x + (offset - dot(normal, x)) * normal;
     }
     const std::uint32_t bits = __ballot_sync(~0U, search.has_contact());
     if (threadIdx.x % kWarp == 0 && place < state.capacity) {  // none where there is but room
@@ -225,61 +230,110 @@ void project_contacts(const DeviceState& state, const ToolArrays& tools, const S
          kToolThreads, push_touched, state, tools, input);
 }
 
-/// A block a tool. Forces are computed side by side and added one after another: the sum is that of
-/// one processor.
+/// Takes forces on tissue off the wrench of a tool, but for those that are not finite, as a vertex
+/// that is lost has them. They are computed side by side and added one after another: the sum is
+/// that of one processor. All threads of a block.
+/// @param at  (i, force, point) sets them, in N and m
+template <int kThreads, class At>
+__device__ void feel(Wrench& wrench, const Vec3<float>& origin, Index count, const At& at) {
+  __shared__ float parts[6][kThreads];
+  static_assert(sizeof(Wrench) == sizeof(float[6]));
+  float* const sums = reinterpret_cast<float*>(&wrench);
+  float sum = threadIdx.x < 6 ? sums[threadIdx.x] : 0;
+  for (Index first = 0; first < count; first += kThreads) {
+    const Index i = first + static_cast<Index>(threadIdx.x);
+    if (i < count) {
+      Vec3<float> force, point;
+      at(i, force, point);
+      const bool is_felt = is_finite(force) && is_finite(point);
+      const Vec3<float> torque = is_felt ? cross(point - origin, force) : Vec3<float>{};
+      const float all[6] = {is_felt ? force.x : 0,
+                            is_felt ? force.y : 0,
+                            is_felt ? force.z : 0,
+                            torque.x,
+                            torque.y,
+                            torque.z};
+      for (int k = 0; k < 6; ++k) {
+        parts[k][threadIdx.x] = all[k];
+      }
+    }
+    __syncthreads();
+    if (threadIdx.x < 6) {
+      const Index some = count - first < kThreads ? count - first : kThreads;
+      for (Index k = 0; k < some; ++k) {
+        sum -= parts[threadIdx.x][k];
+      }
+    }
+    __syncthreads();
+  }
+  if (threadIdx.x < 6) {
+    sums[threadIdx.x] = sum;
+  }
+}
+
+__device__ inline const Vec3<float>* origins_of(StepInput* input, Index substep) {
+  return table<Vec3<float>>(input, input->origins) + of_pusher(substep, input->tool_count);
+}
+
+/// A block a tool.
 __global__ void __launch_bounds__(kToolThreads)
-    collect(ToolArrays tools, StepInput* input, Index place_room) {
+    collect(ToolArrays tools, StepInput* input, Index place_room, Index substep) {
   wait_for_previous();
   tools = of_copy(tools, place_room);
+  const SurfaceArrays& surfaces = tools.surfaces;
   input += copy_index();
-  __shared__ float parts[3][kToolThreads];
   const float scale = input->force_per_multiplier;
-  float* const forces = table<float>(input, input->forces);
   for (Index t = static_cast<Index>(blockIdx.x); t < input->tool_count;
        t += static_cast<Index>(gridDim.x)) {
     const ToolInput tool = table<ToolInput>(input, input->tools)[t];
-    const bool pushes = tool.pusher != kInvalidIndex;
-    const Index count = pushes ? tools.contact_counts[tool.pusher] : tool.attachment_count;
-    float sum = threadIdx.x < 3 ? forces[3 * t + static_cast<Index>(threadIdx.x)] : 0;
-    for (Index first = 0; first < count; first += kToolThreads) {
-      const Index i = first + static_cast<Index>(threadIdx.x);
-      if (i < count) {
-        Vec3<float> force;
-        if (pushes) {
-          const Index place = tools.contact_places[of_pusher(tool.pusher, tools.contact_room) +
-                                                   static_cast<std::size_t>(i)];
-          const std::size_t slot =
-              of_pusher(tool.pusher, place_room) + static_cast<std::size_t>(place);
-          force = (scale * tools.contact_multipliers[slot]) * tools.planes[slot].normal;
-        } else {
-          force = scale * tools.attachment_multipliers[tool.first_attachment + i];
-        }
-        if (!is_finite(force)) {
-          force = {};  // a vertex that is lost has none
-        }
-        parts[0][threadIdx.x] = force.x;
-        parts[1][threadIdx.x] = force.y;
-        parts[2][threadIdx.x] = force.z;
-      }
-      __syncthreads();
-      if (threadIdx.x < 3) {
-        const Index some = count - first < kToolThreads ? count - first : kToolThreads;
-        for (Index k = 0; k < some; ++k) {
-          sum -= parts[threadIdx.x][k];
-        }
-      }
-      __syncthreads();
+    Wrench& wrench = table<Wrench>(input, input->wrenches)[t];
+    const Vec3<float> origin = origins_of(input, substep)[t];
+    if (tool.pusher != kInvalidIndex) {
+      const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
+        const Index place = tools.contact_places[of_pusher(tool.pusher, tools.contact_room) +
+                                                 static_cast<std::size_t>(i)];
+        const std::size_t slot =
+            of_pusher(tool.pusher, place_room) + static_cast<std::size_t>(place);
+        force = (scale * tools.contact_multipliers[slot]) * tools.planes[slot].normal;
+        point = tools.contact_points[slot];
+      };
+      feel<kToolThreads>(wrench, origin, tools.contact_counts[tool.pusher], at);
+    } else if (tool.meeter != kInvalidIndex) {
+      const Index first = surfaces.ends[tool.meeter];
+      const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
+        const SurfaceContact& contact = surfaces.contacts[first + i].contact;
+        force = scale * (contact.multiplier * contact.normal + contact.friction);
+        point = contact.point;
+      };
+      feel<kToolThreads>(wrench, origin, surfaces.ends[tool.meeter + 1] - first, at);
+    } else {
+      const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
+                                                 of_pusher(substep, input->attachment_count) +
+                                                 tool.first_attachment;
+      const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
+        force = scale * tools.attachment_multipliers[tool.first_attachment + i];
+        point = attachments[i].target;
+      };
+      feel<kToolThreads>(wrench, origin, tool.attachment_count, at);
     }
-    if (threadIdx.x < 3) {
-      forces[3 * t + static_cast<Index>(threadIdx.x)] = sum;
-    }
+    __syncthreads();
   }
 }
 
 void collect_forces(const DeviceState& state, const ToolArrays& tools, StepInput* input,
-                    const Launch& how) {
+                    Index substep, const Launch& how) {
   launch(how, "launching the sum of forces", share_blocks(kForceBlocks, 1, how), kToolThreads,
-         collect, tools, input, state.capacity);
+         collect, tools, input, state.capacity, substep);
+}
+
+/// What a contact pushes does not spring back, of BDF2.
+__device__ inline void ease_vertex(const DeviceState& state, Index place, const Vec3<float>& normal,
+                                   float inverse_h) {
+  const Pushed<float> now = eased<float>(
+      {load_velocity(state.velocities + place), load_velocity(state.velocities_before + place)},
+      normal, load_way(state.ways + place), inverse_h);
+  store_velocity(state.velocities + place, now.velocity);
+  store_velocity(state.velocities_before + place, now.velocity_before);
 }
 
 /// One tool after another, as on the host, for one may push a vertex that another does: one block.
@@ -296,12 +350,7 @@ __global__ void __launch_bounds__(kToolThreads)
       const Index place = places[i];
       const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
       if (tools.contact_multipliers[slot] > 0) {
-        const Pushed<float> now =
-            eased<float>({load_velocity(state.velocities + place),
-                          load_velocity(state.velocities_before + place)},
-                         tools.planes[slot].normal, load_way(state.ways + place), input->inverse_h);
-        store_velocity(state.velocities + place, now.velocity);
-        store_velocity(state.velocities_before + place, now.velocity_before);
+        ease_vertex(state, place, tools.planes[slot].normal, input->inverse_h);
       }
     }
     __syncthreads();

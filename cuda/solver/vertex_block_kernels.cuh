@@ -131,7 +131,9 @@ __device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Ind
       return kOnlyTouched;
     }
   }
-  return kInvalidIndex;
+  const Index* const touched = tools.surfaces.first_holds;
+  return touched != nullptr && __ldcg(touched + place) != kInvalidIndex ? kOnlyTouched
+                                                                        : kInvalidIndex;
 }
 
 /// What sweeps of a substep read: what tools do where, and what damping makes of rows.
@@ -420,12 +422,13 @@ __global__ void __launch_bounds__(kBlockThreads)
       return;
     }
   }
-  const auto solve = [&](const VertexEnergy<float>& energy) {
+  const auto solve = [&](VertexEnergy<float> energy) {
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
         const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
         const HeldVertex held{tools,          input, sweep.substep, place_at(corner),
                               state.capacity, hold,  {base, u}};
+        add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared, energy);
         return move_held(held, energy, 1 / inverse_dt_squared);
       }
     }

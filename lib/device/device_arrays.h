@@ -16,8 +16,11 @@
 #include "lib/solver/methods/coarse_kernel.h"
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/feature_meeting.h"
+#include "lib/solver/methods/rigid_balance.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
+#include "lib/solver/state/surface_contact.h"
 
 namespace pbdsurg::cuda {
 
@@ -238,19 +241,63 @@ struct ConstraintArrays : ForAllConstraints<ArraysOfKinds> {
   bool operator==(const ConstraintArrays&) const = default;
 };
 
-/// What tools touch and hold. A pusher is a tool that has capsules and holds nothing. There is room
-/// for the copy that has most.
+/// A contact with a surface, and what sweeps need beside it.
+struct DeviceContact {
+  SurfaceContact contact;
+  float friction;  ///< coefficient
+  Index level;     ///< contacts of one level share no corner, and come after those of lower ones
+};
+
+/// What tools that meet surfaces touch. There is room for the copy that has most; nothing at all,
+/// until a tool is such a one.
+///
+/// A candidate of a tool is a vertex, a vertex at one of its half spaces, or an edge or the inside
+/// of a triangle, in this order: see load_candidate(). Contacts of all tools lie one after another.
+/// A hold is a corner of a contact, 3 * contact + corner.
+struct SurfaceArrays {
+  const Index* triangles = nullptr;  ///< [triangle][3] places; kInvalidIndex where there is none
+  const Index* piece_of_place = nullptr;  ///< [capacity] free pieces, or kInvalidIndex; may be null
+  // of the current substep
+  std::uint32_t* near = nullptr;      ///< [copy][meeter][word_room] a bit a candidate
+  Index* candidates = nullptr;        ///< [copy][meeter][tool_room]
+  DeviceContact* found = nullptr;     ///< [copy][contact_room] in any order
+  DeviceContact* contacts = nullptr;  ///< [copy][contact_room] in the order of tools and features
+  Index* ends = nullptr;              ///< [copy][1 + meeter_room] of the tools before, then of each
+  Index* level_counts = nullptr;      ///< [copy]
+  Index* first_holds = nullptr;       ///< [copy][capacity] of a place, the last, or kInvalidIndex
+  Index* next_holds = nullptr;    ///< [copy][hold] the one before at its place, or kInvalidIndex
+  float* yields = nullptr;        ///< [copy][hold] m/N, times what pushes there
+  RigidContact* rigid = nullptr;  ///< [copy][contact_room]
+  // of the substep before, but for the first
+  RememberedContact* remembered = nullptr;  ///< [copy][contact_room]
+  Index* remembered_ends = nullptr;         ///< [copy][1 + meeter_room]
+  // what the host reads after the step
+  SurfaceContact* told = nullptr;                ///< [copy][contact_room]
+  RememberedContact* told_remembered = nullptr;  ///< [copy][contact_room]
+  Index* told_ends = nullptr;                    ///< [copy][1 + meeter_room]
+  Index triangle_count = 0;
+  Index word_room = 0;  ///< 32 candidates each
+  Index tool_room = 0;  ///< contacts of a tool
+  Index meeter_room = 0, contact_room = 0;
+
+  bool operator==(const SurfaceArrays&) const = default;
+};
+
+/// What tools touch and hold. A pusher is a tool that has capsules and holds nothing, and meets
+/// vertices alone; a meeter meets surfaces. There is room for the copy that has most.
 struct ToolArrays {
   // of the current substep
   std::uint32_t* touched;               ///< [copy][pusher][word_count] a bit a place
   ContactPlane* planes;                 ///< [copy][pusher][DeviceState::capacity] where touched
   float* contact_multipliers;           ///< likewise, kg m
+  Vec3<float>* contact_points;          ///< likewise, m, of the tool's surface
   Index* contact_places;                ///< [copy][pusher][contact_room] ascending
   Index* contact_counts;                ///< [copy][pusher]
   Vec3<float>* attachment_multipliers;  ///< [copy][attachment] kg m
   Index word_count;                     ///< 32 places each, of those there is room for
   Index contact_room;                   ///< the contact capacity, or all these if they are fewer
   Index pusher_room, attachment_room;
+  SurfaceArrays surfaces;
 
   bool operator==(const ToolArrays&) const = default;
 };
@@ -271,9 +318,25 @@ struct StepSums {
 
 struct ToolInput {
   Index pusher;  ///< or kInvalidIndex
+  Index meeter;  ///< likewise
   Index first_attachment;
   Index attachment_count;
-  Index unused;
+};
+
+/// Of a tool.
+struct Wrench {
+  Vec3<float> force;   ///< N
+  Vec3<float> torque;  ///< N m, around its origin
+};
+
+/// A tool that meets surfaces, in one substep.
+struct MeeterInput {
+  ContactBox box;  ///< see swept_box()
+  Index first_capsule, capsule_count;
+  Index first_half_space, half_space_count;
+  Index first_remembered, remembered_count;  ///< when the part of the step begins
+  float friction;                            ///< coefficient
+  bool meets_triangles;                      ///< and edges
 };
 
 /// A pusher in one substep.
@@ -308,7 +371,9 @@ struct alignas(16) StepInput {
   float past_share;            ///< of BDF2, see displacement.h
   float unit;                  ///< m, of fixed points
   float force_per_multiplier;  ///< 1/s^2
-  float inverse_h;             ///< 1/s, h the length of a substep, in whatever share that counts
+  float h, inverse_h;          ///< s, 1/s: the length of a substep, in whatever share that counts
+  double per_step;             ///< substeps of this length that a whole step would have
+  float density;               ///< factor of the copy
   float heading;               ///< s, of explicit steps: see StableSubstep
   Index substep_count;         ///< of kernels that take all of a part of a step
   Index moves_before;          ///< likewise, what the counts of points go on from
@@ -316,13 +381,19 @@ struct alignas(16) StepInput {
   Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
+  Index meeter_count, swept_count, half_space_count;
   std::uint32_t tools;        ///< ToolInput[tool]
-  std::uint32_t forces;       ///< Vec3<float>[tool] N, summed up in the step
+  std::uint32_t wrenches;     ///< Wrench[tool] summed up in the step
+  std::uint32_t origins;      ///< Vec3<float>[substep][tool] m
   std::uint32_t pushers;      ///< PusherInput[substep][pusher]
   std::uint32_t capsules;     ///< PlacedCapsule[substep][capsule]
   std::uint32_t attachments;  ///< AttachmentInput[substep][attachment]
   std::uint32_t held;         ///< HeldInput[held]
   std::uint32_t held_order;   ///< Index[attachment]
+  std::uint32_t meeters;      ///< MeeterInput[substep][meeter]
+  std::uint32_t swept;        ///< SweptCapsule[substep][capsule of a meeter]
+  std::uint32_t half_spaces;  ///< SweptHalfSpace[substep][half space]
+  std::uint32_t remembered;   ///< RememberedContact[] of all meeters
   StepSums sums;
   // Of BDF2: those from the second substep on, which take the place of the above.
   FreeMotion<float> later_motion;
@@ -340,7 +411,7 @@ PBDSURG_HOST_DEVICE T* table(StepInput* input, std::uint32_t offset) {
 /// What a step tells the host: in its memory, written by the device.
 struct StepOutput {
   StepSums* sums;               ///< [copy]
-  Vec3<float>* forces;          ///< [copy][tool] N
+  Wrench* wrenches;             ///< [copy][tool]
   Vec3<float>* watched;         ///< [copy][watched] m
   const Index* watched_places;  ///< [watched] on the device
 

@@ -29,11 +29,14 @@ StepReport renumbered(StepReport report, const Renumbering& ids) {
 // @param places  [place] where it is now, or kInvalidIndex
 void renumber(std::vector<RememberedContact>& contacts, const std::vector<Index>& places) {
   std::erase_if(contacts, [&](RememberedContact& contact) {
-    const int count = contact.feature.count();
-    const std::span<Index> corners(contact.feature.places.data(), static_cast<std::size_t>(count));
-    std::ranges::transform(corners, corners.begin(), [&](Index place) { return places[place]; });
-    std::ranges::sort(corners);
-    return corners.front() == kInvalidIndex;
+    bool is_lost = false;
+    for (int k = 0, count = contact.feature.count(); k < count; ++k) {
+      Index& place = contact.feature.places[k];
+      place = places[place];
+      is_lost = is_lost || place == kInvalidIndex;
+    }
+    contact.feature.sort();
+    return is_lost;
   });
   std::ranges::sort(contacts, {}, &RememberedContact::feature);
 }

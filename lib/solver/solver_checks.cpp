@@ -70,9 +70,6 @@ void check_surface(const ToolSurface& surface) {
 }
 
 void check_meets_surfaces(const SolverData& data) {
-  if (data.backend->keeps_state()) {
-    throw BackendUnavailable("on a device tools meet vertices alone, without friction");
-  }
   if (is_explicit(data.options)) {
     throw InvalidArgument("in explicit steps tools meet vertices alone, without friction");
   }

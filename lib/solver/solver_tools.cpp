@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tools of a solver: where they are, what they hold, and what pulls at them.
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -109,15 +110,14 @@ void Solver::release(ToolId tool, Index copy) {
 
 Eigen::Vector3f Solver::tool_torque(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
-  if (data_->backend->keeps_state()) {
-    throw BackendUnavailable("a device sums forces on tools, and no torques");
-  }
+  data_->finish_running_step();
   return state.torque;
 }
 
 std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
   CopyState& owner = checked_copy(*data_, copy);
   const ToolState& state = checked_tool(owner, tool);
+  data_->finish_running_step();
   const float scale = owner.factors.stiffness;  // see substep_numbers()
   std::vector<ToolContact> contacts;
   if (state.surface_contacts.empty()) {
@@ -132,7 +132,7 @@ std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
     for (int k = 0; k < contact.feature.count(); ++k) {
       told.vertices[k] = vertex_at[contact.feature.places[k]];
     }
-    told.weights = contact.weights;
+    std::ranges::copy(contact.weights, told.weights.begin());
     told.point = vector_of(contact.point);
     told.normal = vector_of(contact.normal);
     told.force = -scale * vector_of(force.force * force.normal + force.friction);

@@ -403,7 +403,7 @@ void visit_members(Record& surface, Visit& visit) {
 template <RecordOf<ContactFeature> Record, class Visit>
 void visit_members(Record& feature, Visit& visit) {
   auto& [places] = feature;
-  visit(places);
+  visit(places[0], places[1], places[2]);
 }
 template <RecordOf<Vec3<float>> Record, class Visit>
 void visit_members(Record& vector, Visit& visit) {

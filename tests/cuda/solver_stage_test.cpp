@@ -42,7 +42,7 @@ struct Device {
     constraints.upload(records, true, 1, stream.get());
     vertices.upload(data, false, stream.get());
     state.take_over(data, stream.get());
-    tools.take_over(data, state.arrays().capacity);
+    tools.take_over(data, state.arrays().capacity, stream.get());
     tools.upload(data, nullptr, 0, stream.get());
   }
 
@@ -158,12 +158,11 @@ void add_tools(Solver& solver) {
   solver.move_tool(other, pose);
 }
 
-void check_forces(const Vec3<float>* forces, const std::vector<ToolState>& tools) {
+void check_wrenches(const Wrench* wrenches, const std::vector<ToolState>& tools) {
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    INFO("force on tool " << t);
-    CHECK(forces[t].x == tools[t].force.x());
-    CHECK(forces[t].y == tools[t].force.y());
-    CHECK(forces[t].z == tools[t].force.z());
+    INFO("tool " << t);
+    CHECK(vector_of(wrenches[t].force) == tools[t].force);
+    CHECK(vector_of(wrenches[t].torque) == tools[t].torque);
   }
 }
 
@@ -272,14 +271,14 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   report_vertices(data, data, report);
   report_constraints(data, data, report);
   report_tubes(data, data, report);
-  kernels.collect_forces(state, tools, input, launch);
+  kernels.collect_forces(state, tools, input, 0, launch);
   kernels.advance(state, input, true, false, launch);
   PinnedBuffer<StepSums> sums;
-  PinnedBuffer<Vec3<float>> forces;
+  PinnedBuffer<Wrench> wrenches;
   kernels.report(state, device.constraints.arrays(), input,
-                 {sums.reserve(1), forces.reserve(data.tools.size()), nullptr, nullptr}, launch);
+                 {sums.reserve(1), wrenches.reserve(data.tools.size()), nullptr, nullptr}, launch);
   device.stream.wait();
-  check_forces(forces.get(), data.tools);
+  check_wrenches(wrenches.get(), data.tools);
   CHECK(sums.get()->contacts == report.contacts);
   CHECK(sums.get()->dropped_contacts == report.dropped_contacts);
   CHECK(sums.get()->inverted_tets == report.inverted_tets);
@@ -479,7 +478,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
     }
     if (has_tools) {
       collect_tool_forces(step, lengths.inverse_dt_squared / 2);
-      kernels.collect_forces(state, tools, input, launch);
+      kernels.collect_forces(state, tools, input, substep, launch);
     }
   }
   CHECK((contacts > 0) == has_tools);
@@ -488,11 +487,11 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   REQUIRE(difference(device.particles(), data.particles).empty());
   REQUIRE(motion_difference(device, data).empty());
   PinnedBuffer<StepSums> sums;
-  PinnedBuffer<Vec3<float>> forces;
+  PinnedBuffer<Wrench> wrenches;
   kernels.report(state, device.constraints.arrays(), input,
-                 {sums.reserve(1), forces.reserve(data.tools.size()), nullptr, nullptr}, launch);
+                 {sums.reserve(1), wrenches.reserve(data.tools.size()), nullptr, nullptr}, launch);
   device.stream.wait();
-  check_forces(forces.get(), data.tools);
+  check_wrenches(wrenches.get(), data.tools);
 }
 
 }  // namespace pbdsurg::cuda

@@ -47,6 +47,11 @@ struct ContactBox {
     return x.x >= low.x && x.x <= high.x && x.y >= low.y && x.y <= high.y && x.z >= low.z &&
            x.z <= high.z;
   }
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool meets(const ContactBox& other) const {
+    return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y &&
+           other.low.y <= high.y && low.z <= other.high.z && other.low.z <= high.z;
+  }
 };
 
 /// The plane that stands for a tool's surface near a vertex.

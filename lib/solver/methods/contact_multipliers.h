@@ -6,22 +6,25 @@
 ///
 ///     C = normal . sum(weights * u) - offset >= 0    m
 ///
-/// and its multipliers. A Contact is a SurfaceContact or a TissueTouch.
+/// and its multipliers, on a CPU or a device. A Contact is a SurfaceContact or a TissueTouch.
 
-#include <cmath>
-
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/vertex_block.h"
 
 #include "lib/solver/methods/contact_answer.h"
 #include "lib/solver/methods/vertex_moves.h"
-#include "lib/solver/methods/vertex_rows.h"
-#include "lib/solver/program/step_scratch.h"
 
 namespace pbdsurg {
 
+/// The stiffness of a contact over that of its corners, as far as their neighbours leave them
+/// alone.
+inline constexpr float kContactFirmness = 1;
+
 /// @param sum  m, sum(weights * u) now
 template <class Contact>
-[[nodiscard]] ContactReading<float> read_plane(const Contact& contact, const Vec3<float>& sum) {
+[[nodiscard]] PBDSURG_HOST_DEVICE inline ContactReading<float> read_plane(const Contact& contact,
+                                                                          const Vec3<float>& sum) {
   const Vec3<float> way = sum - contact.drift;
   return {dot(contact.normal, sum) - contact.offset,
           way - dot(contact.normal, way) * contact.normal};
@@ -29,22 +32,23 @@ template <class Contact>
 
 /// @param scale  of the contact's multipliers
 template <class Contact>
-[[nodiscard]] ContactAnswer<float> answer(const Contact& contact, float friction,
-                                          const ContactReading<float>& reading, float scale,
-                                          float stiffness) {
+[[nodiscard]] PBDSURG_HOST_DEVICE inline ContactAnswer<float> answer(
+    const Contact& contact, float friction, const ContactReading<float>& reading, float scale,
+    float stiffness) {
   return contact_answer({scale * contact.multiplier, scale * contact.friction}, friction, reading,
                         stiffness);
 }
 
-[[nodiscard]] inline bool is_finite(const ContactForce<float>& force) {
-  return std::isfinite(force.push) && is_finite_way(force.drag);
+[[nodiscard]] PBDSURG_HOST_DEVICE inline bool is_finite_force(const ContactForce<float>& force) {
+  return force.push < kInfinity && is_finite_way(force.drag);  // it never pulls
 }
 
 /// Multipliers become a force, unless that is not finite.
 /// @param scale  of the force
 template <class Contact>
-void take_over(Contact& contact, const ContactForce<float>& force, float scale) {
-  if (is_finite(force)) {
+PBDSURG_HOST_DEVICE inline void take_over(Contact& contact, const ContactForce<float>& force,
+                                          float scale) {
+  if (is_finite_force(force)) {
     contact.multiplier = scale * force.push;
     contact.friction = scale * force.drag;
   }
@@ -52,8 +56,8 @@ void take_over(Contact& contact, const ContactForce<float>& force, float scale) 
 
 /// What an answer does at a corner that moves, of vertex blocks.
 template <class Contact>
-void add_answer(const Contact& contact, const ContactAnswer<float>& answer, float weight,
-                VertexEnergy<float>& energy) {
+PBDSURG_DEVICE inline void add_answer(const Contact& contact, const ContactAnswer<float>& answer,
+                                      float weight, VertexEnergy<float>& energy) {
   const auto& [force, sticking] = answer;
   if (!(force.push > 0)) {
     return;
@@ -69,14 +73,14 @@ void add_answer(const Contact& contact, const ContactAnswer<float>& answer, floa
 /// @param read   () -> ContactReading<float>
 /// @param move   (push) with push in kg m
 template <class Contact, class Read, class Move>
-void project_contact(Contact& contact, float friction, float yield, const Read& read,
-                     const Move& move) {
+PBDSURG_DEVICE inline void project_contact(Contact& contact, float friction, float yield,
+                                           const Read& read, const Move& move) {
   if (!(yield > 0)) {
     return;
   }
   const auto project_once = [&](float mu) {
     const ContactForce<float> now = answer(contact, mu, read(), 1, 1 / yield).force;
-    if (!is_finite(now)) {
+    if (!is_finite_force(now)) {
       return;
     }
     const Vec3<float> drag = mu > 0 ? now.drag - contact.friction : Vec3<float>{};
@@ -92,9 +96,5 @@ void project_contact(Contact& contact, float friction, float yield, const Read& 
     project_once(friction);
   }
 }
-
-/// m/N along a direction, of a vertex that its neighbours hold.
-[[nodiscard]] float yield_of(const StepContext& step, const VertexState& state, Index place,
-                             const Vec3<float>& direction);
 
 }  // namespace pbdsurg

@@ -33,10 +33,6 @@ void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
   }
 }
 
-PlacedCapsule placed(const Capsule& capsule) {
-  return {load(capsule.start), capsule.radius, load(capsule.end)};
-}
-
 // Of a force on tissue, at a point of the scene.
 void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
   if (force.allFinite() && point.allFinite()) {  // a vertex that is lost has none

@@ -4,10 +4,13 @@
 /// @file
 /// Which vertices, edges and triangles a tool meets in a substep, and where.
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/step_report.h"
 
+#include "lib/solver/methods/feature_meeting.h"
 #include "lib/solver/program/step_scratch.h"
+#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/tool_state.h"
 
 namespace pbdsurg {
@@ -23,6 +26,18 @@ namespace pbdsurg {
 /// @param lengths  of the substep
 void find_surface_contacts(const StepContext& step, ToolState& tool, const Substep<float>& lengths,
                            StepReport& report);
+
+[[nodiscard]] inline PlacedCapsule placed(const Capsule& capsule) {
+  return {load(capsule.start), capsule.radius, load(capsule.end)};
+}
+
+/// What holds all that a tool may touch in a substep.
+[[nodiscard]] PBDSURG_API ContactBox swept_box(const ToolState& tool);
+
+/// One of a tool's half spaces through a substep. A rotation within floats' rounding of one turns
+/// nothing: what sticks to a tool at rest does not creep.
+[[nodiscard]] PBDSURG_API SweptHalfSpace swept_half_space(const ToolState& tool,
+                                                          const HalfSpace& half_space);
 
 /// Keeps what the next substep has to know.
 /// @param inverse_dt_squared  1/s^2, of this substep

@@ -39,12 +39,7 @@ MomentumSums MovingPiece::momentum() const {
                                   to_double(load(p) - load(step_.scratch.flights[place])));
     }
   }
-  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
-    for (Index i = 0; i < half; ++i) {
-      sums[i].add(sums[i + half]);
-    }
-  }
-  return sums[0];
+  return total(sums);
 }
 
 }  // namespace pbdsurg

@@ -4,6 +4,7 @@
 /// @file
 /// A free piece of tissue within a substep of vertex blocks, on a host.
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,17 @@
 #include "lib/solver/program/step_scratch.h"
 
 namespace pbdsurg {
+
+/// Adds up sums as momentum.h says.
+template <class Sums>
+[[nodiscard]] Sums total(std::array<Sums, kMomentumSums>& sums) {
+  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
+    for (Index i = 0; i < half; ++i) {
+      sums[i].add(sums[i + half]);
+    }
+  }
+  return sums[0];
+}
 
 class MovingPiece {
  public:

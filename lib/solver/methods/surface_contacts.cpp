@@ -6,6 +6,7 @@
 #include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/methods/vertex_yield.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
@@ -14,9 +15,6 @@ namespace pbdsurg {
 namespace {
 
 using Vector = Vec3<float>;
-
-// The stiffness of a contact over that of its corners, as far as its neighbours leave it alone.
-constexpr float kFirmness = 1;
 
 void move(const StepContext& step, const MovingVertices& vertices, const SurfaceContact& contact,
           const Vector& push) {
@@ -89,7 +87,7 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
         yield += weight * pushes_at(place, contact, weight) *
                  yield_of(step, state, place, contact.normal);
       }
-      contact.stiffness = yield > 0 ? kFirmness / yield : 0.0F;
+      contact.stiffness = yield > 0 ? kContactFirmness / yield : 0.0F;
     }
   }
 }

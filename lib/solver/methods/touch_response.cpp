@@ -8,6 +8,7 @@
 #include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/methods/vertex_yield.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"

@@ -2,11 +2,14 @@
 #include "lib/solver/methods/touched_pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/moving_piece.h"
+#include "lib/solver/methods/piece_easing.h"
 #include "lib/solver/methods/rigid_balance.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -38,15 +41,21 @@ void for_each_touched(const StepContext& step, const Visit& visit) {
   }
 }
 
-// Calls visit(contact, tool) for those of a piece.
+// Calls visit(contact, tool) for those of a piece, in the order of tools and features.
 template <class Visit>
 void for_each_contact(const StepContext& step, const MovingPiece& piece, const Visit& visit) {
+  std::vector<ContactEntry>& entries = step.scratch.contact_entries;
+  entries.clear();
   piece.for_each_hold([&](const VertexHold& hold) {
     if (hold.corner == 0) {
-      ToolState& tool = step.copy.tools[hold.tool];
-      visit(tool.surface_contacts[hold.entry], tool);
+      entries.push_back({hold.tool, hold.entry});
     }
   });
+  std::ranges::sort(entries);
+  for (const auto& [index, entry] : entries) {
+    ToolState& tool = step.copy.tools[index];
+    visit(tool.surface_contacts[entry], tool);
+  }
 }
 
 // The weighted sum of what arm(place) says of a contact's corners.
@@ -92,60 +101,41 @@ void move(const StepContext& step, const MovingPiece& piece, const RigidMove& ri
   }
 }
 
-// What the contacts of a piece have pushed it by.
-struct Pushes {
-  MomentumSums sums;  // about the origin
-  double total = 0;   // kg m, without directions
-};
+// Calls add(sum, place, mass) for all vertices of a piece that count, and adds up the sums.
+template <class Sums, class Add>
+Sums sum_over(const StepContext& step, const MovingPiece& piece, const Add& add) {
+  std::array<Sums, kMomentumSums> sums;
+  const std::span<const Index> places = piece.places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (piece.counts(places[i])) {
+      const double mass = 1 / static_cast<double>(step.copy.particles[places[i]].w);
+      add(sums[i % kMomentumSums], places[i], mass);
+    }
+  }
+  return total(sums);
+}
 
 Pushes pushes_on(const StepContext& step, const MovingPiece& piece) {
   const auto position = [&](Index place) { return to_double(load(step.copy.particles[place])); };
-  Pushes pushes;
-  MomentumSums& sums = pushes.sums;
-  for (const Index place : piece.places()) {
-    if (piece.counts(place)) {
-      sums.add(1 / static_cast<double>(step.copy.particles[place].w), position(place), {0, 0, 0});
-    }
-  }
+  const auto add = [&](MomentumSums& sums, Index place, double mass) {
+    sums.add(mass, position(place), {0, 0, 0});
+  };
+  Pushes pushes{sum_over<MomentumSums>(step, piece, add)};
   for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& /*tool*/) {
-    const Vec3<double> push = to_double(contact.multiplier * contact.normal);
-    pushes.total += contact.multiplier;
-    sums.gain = sums.gain + push;
-    sums.moment = sums.moment + cross(arm_at(contact, position), push);
+    pushes.add(contact.multiplier, contact.normal, arm_at(contact, position));
   });
   return pushes;
 }
 
-// What is to change of velocities, 1/s, times a rigid motion.
-struct Easing {
-  double now;     // <= 0
-  double before;  // >= 0
-};
-
-// As eased() has it of a vertex along a normal; less where pushes cancel each other, as those of
-// jaws do.
 Easing easing_along(const StepContext& step, const MovingPiece& piece, const Pushes& pushes,
                     const RigidMove& pushed, float h) {
   const CopyState& copy = step.copy;
-  double square = 0, speed = 0, mean = 0, speed_before = 0;
-  for (const Index place : piece.places()) {
-    if (piece.counts(place)) {
-      const Particle& p = copy.particles[place];
-      const double mass = 1 / static_cast<double>(p.w);
-      const Vec3<double> along = to_double(part_of(pushed, to_double(load(p))));
-      square += mass * dot(along, along);
-      speed += mass * dot(along, to_double(load(copy.velocities[place])));
-      mean += mass * dot(along, to_double(load(copy.ways[place]))) / h;
-      speed_before += mass * dot(along, to_double(load(copy.velocities_before[place])));
-    }
-  }
-  if (!(square > 0)) {
-    return {0, 0};
-  }
-  const double share = std::min(1.0, square * pushes.sums.mass / (pushes.total * pushes.total));
-  const double less = std::max(0.0, speed - mean);
-  const double gain = std::max(0.0, speed - less - speed_before);
-  return {-share * less / square, share * gain / square};
+  const auto add = [&](EasingSums& sums, Index place, double mass) {
+    const Vec3<double> along = to_double(part_of(pushed, to_double(load(copy.particles[place]))));
+    sums.add(mass, along, load(copy.velocities[place]), load(copy.ways[place]),
+             load(copy.velocities_before[place]), h);
+  };
+  return sum_over<EasingSums>(step, piece, add).easing(pushes);
 }
 
 void add(Velocity& velocity, const Vec3<float>& more) {
@@ -184,13 +174,19 @@ void ease_pieces(const StepContext& step) {
       }
     }
     // in substeps of one length these velocities count so much for all that are to come
-    const double rate = (1.5 * easing.now - 0.5 * easing.before) / (part.h * part.per_step);
-    const auto scale = static_cast<float>(rate * copy.factors.density);
-    for_each_contact(step, piece, [&](SurfaceContact& contact, ToolState& tool) {
+    const float relief = relief_of(easing, part.h, part.per_step, copy.factors.density);
+    for_each_contact(step, piece, [&](SurfaceContact& contact, ToolState& /*tool*/) {
       contact.is_eased = true;
-      feel_contact(contact, contact.multiplier * contact.normal, scale, tool);
+      contact.relief = relief;
     });
   });
+  for (ToolState& tool : copy.tools) {
+    for (const SurfaceContact& contact : tool.surface_contacts) {
+      if (contact.is_eased) {
+        feel_contact(contact, contact.multiplier * contact.normal, contact.relief, tool);
+      }
+    }
+  }
 }
 
 }  // namespace pbdsurg

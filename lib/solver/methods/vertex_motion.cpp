@@ -209,6 +209,8 @@ void ease_contacts(CopyState& copy, float h) {
         ease(contact.place, load(contact.normal));
       }
     }
+  }
+  for (const ToolState& tool : copy.tools) {
     for (const SurfaceContact& contact : tool.surface_contacts) {
       const bool has_to = contact.multiplier > 0 && !contact.is_eased;
       for (int k = 0; k < contact.feature.count() && has_to; ++k) {

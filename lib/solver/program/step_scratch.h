@@ -52,6 +52,12 @@ class MultiplierStore {
   std::tuple<Groups<Constraints>...> groups_;
 };
 
+/// Of a surface contact.
+struct ContactEntry {
+  Index tool, entry;
+  auto operator<=>(const ContactEntry& other) const noexcept = default;
+};
+
 enum class HoldKind : std::uint8_t { grasp, contact, surface_contact, touch };
 
 /// What a tool, or another body, does at a vertex.
@@ -71,13 +77,14 @@ struct PBDSURG_API StepScratch {
   ForAllConstraints<MultiplierStore> multipliers;
 
   // of the vertex-block method
-  std::vector<Particle> flights;             ///< [place] see VertexState
-  std::vector<FixedPoint> fixed_points;      ///< [place] where displacements take vertices
-  std::vector<Index> first_holds;            ///< [place] or kInvalidIndex
-  std::vector<VertexHold> holds;             ///< of the current substep
-  std::vector<LaneBits> held;                ///< [block] lanes of vertices with holds
-  std::vector<RigidContact> rigid_contacts;  ///< of one piece, see touched_pieces.h
-  CoarseScratch coarse;                      ///< of its coarse correction, if it has one
+  std::vector<Particle> flights;              ///< [place] see VertexState
+  std::vector<FixedPoint> fixed_points;       ///< [place] where displacements take vertices
+  std::vector<Index> first_holds;             ///< [place] or kInvalidIndex
+  std::vector<VertexHold> holds;              ///< of the current substep
+  std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
+  std::vector<ContactEntry> contact_entries;  // likewise
+  std::vector<RigidContact> rigid_contacts;   ///< of one piece, see touched_pieces.h
+  CoarseScratch coarse;                       ///< of its coarse correction, if it has one
   // of its stiff links and custom constraints, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices

@@ -26,10 +26,14 @@ std::vector<SnapshotContact> contacts_of(const SolverState& state, const CopySta
   const std::vector<Index> vertex_at = state.vertices_at_places();
   for (std::size_t t = 0; t < copy.tools.size(); ++t) {
     for (const RememberedContact& known : copy.tools[t].remembered) {
-      SnapshotContact contact{ToolId(static_cast<Index>(t)), known.feature.places,
-                              vector_of(known.normal), known.force, vector_of(known.friction)};
+      SnapshotContact contact{ToolId(static_cast<Index>(t)),
+                              {},
+                              vector_of(known.normal),
+                              known.force,
+                              vector_of(known.friction)};
+      contact.vertices.fill(kInvalidIndex);
       for (int k = 0; k < known.feature.count(); ++k) {
-        contact.vertices[k] = vertex_at[contact.vertices[k]];
+        contact.vertices[k] = vertex_at[known.feature.places[k]];
       }
       contacts.push_back(contact);
     }
@@ -65,13 +69,11 @@ void check_contacts(std::span<const SnapshotContact> contacts, std::span<const T
 void set_contacts(std::span<const SnapshotContact> contacts, const SolverState& state,
                   CopyState& copy) {
   for (const SnapshotContact& contact : contacts) {
-    RememberedContact known{
-        {contact.vertices}, load(contact.normal), contact.force, load(contact.friction)};
-    const std::span<Index> corners(known.feature.places.data(),
-                                   static_cast<std::size_t>(known.feature.count()));
-    std::ranges::transform(corners, corners.begin(),
-                           [&](Index v) { return state.place_of_vertex[v]; });
-    std::ranges::sort(corners);
+    RememberedContact known{{}, load(contact.normal), contact.force, load(contact.friction)};
+    std::ranges::transform(contact.vertices, known.feature.places, [&](Index v) {
+      return v == kInvalidIndex ? v : state.place_of_vertex[v];
+    });
+    known.feature.sort();
     copy.tools[contact.tool].remembered.push_back(known);
   }
   for (ToolState& tool : copy.tools) {

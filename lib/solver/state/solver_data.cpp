@@ -219,14 +219,17 @@ void SolverData::rebuild_plan() {
   for (Index color = 0; color < colors; ++color) {
     plan.phases.push_back({PhaseKind::attachment, color});
   }
-  for (std::size_t tool = 0; tool < tools.size(); ++tool) {
-    bool pushes = false;
-    for (Index i = 0; i < copy_count() && !pushes; ++i) {
-      const ToolState& state = copy(i).tools[tool];
-      pushes = (!state.capsules.empty() || !state.half_spaces.empty()) && state.attachments.empty();
-    }
-    if (pushes) {
-      plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+  for (const bool has_surface : {false, true}) {
+    for (std::size_t tool = 0; tool < tools.size(); ++tool) {
+      bool pushes = false;
+      for (Index i = 0; i < copy_count() && !pushes; ++i) {
+        const ToolState& state = copy(i).tools[tool];
+        pushes = state.has_surface() == has_surface && state.attachments.empty() &&
+                 (!state.capsules.empty() || !state.half_spaces.empty());
+      }
+      if (pushes) {
+        plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+      }
     }
   }
 }

@@ -5,10 +5,9 @@
 /// What of tissue meets a tool: a vertex, an edge or a triangle, which stands as a plane for the
 /// rest of a substep.
 
-#include <algorithm>
-#include <array>
 #include <compare>
 
+#include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
@@ -17,10 +16,23 @@ namespace pbdsurg {
 /// Places of a vertex, an edge or a triangle, ascending, and kInvalidIndex behind them: its slot in
 /// all lists of contacts, which are in the order of these.
 struct ContactFeature {
-  std::array<Index, 3> places{kInvalidIndex, kInvalidIndex, kInvalidIndex};
+  Index places[3] = {kInvalidIndex, kInvalidIndex, kInvalidIndex};
 
-  [[nodiscard]] int count() const noexcept {
+  [[nodiscard]] PBDSURG_HOST_DEVICE int count() const noexcept {
     return places[1] == kInvalidIndex ? 1 : (places[2] == kInvalidIndex ? 2 : 3);
+  }
+  /// Makes places ascend.
+  PBDSURG_HOST_DEVICE void sort() noexcept {
+    const auto order = [this](int k) {
+      if (places[k + 1] != kInvalidIndex && places[k + 1] < places[k]) {
+        const Index smaller = places[k + 1];
+        places[k + 1] = places[k];
+        places[k] = smaller;
+      }
+    };
+    order(0);
+    order(1);
+    order(0);
   }
   auto operator<=>(const ContactFeature& other) const noexcept = default;
 };
@@ -34,16 +46,17 @@ struct ContactFeature {
 /// capsule, what the weights themselves change adds nothing to first order.
 struct SurfaceContact {
   ContactFeature feature;
-  std::array<float, 3> weights{};  ///< of its corners at the point that touches; zero behind them
-  Vec3<float> normal;              ///< out of the tool
-  float offset = 0;                ///< m
-  Vec3<float> point;               ///< m, in the scene, of the tool's surface
+  float weights[3] = {};  ///< of its corners at the point that touches; zero behind them
+  Vec3<float> normal;     ///< out of the tool
+  float offset = 0;       ///< m
+  Vec3<float> point;      ///< m, in the scene, of the tool's surface
   /// m: sum(weights * u) of tissue that sticks to the tool
   Vec3<float> drift;
   float multiplier = 0;   ///< kg m
   Vec3<float> friction;   ///< kg m, multipliers along the tool's surface
   float stiffness = 0;    ///< N/m, with which vertex blocks meet it
   bool is_eased = false;  ///< with the piece that it touches: see ease_pieces()
+  float relief = 0;       ///< 1/s^2, then: see relief_of()
 };
 
 /// What a substep leaves to the next of a contact.

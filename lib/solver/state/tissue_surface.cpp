@@ -25,6 +25,7 @@ void TissueSurface::refresh(const Tissue& tissue) {
     }
     live.collect_changes(surface->seen_version, ranges_);
     surface->seen_version = live.version();
+    ++revision_;
     surface->triangles.resize(static_cast<std::size_t>(live.slot_count()));
     for (const SlotRange& range : ranges_) {
       for (Index slot = range.first; slot < range.end; ++slot) {
@@ -70,6 +71,7 @@ void TissueSurface::undo(const Tissue& tissue, const TissueChange& change) noexc
   while (!surfaces_.empty() &&
          (surfaces_.size() > bodies || !surfaces_.back()->follows_last_edit)) {
     surfaces_.pop_back();
+    ++revision_;
   }
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     surface->live.undo(tissue, change);

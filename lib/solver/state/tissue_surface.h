@@ -40,6 +40,9 @@ class TissueSurface final : public Follower {
   /// Triangles of all bodies, as of the last refresh().
   [[nodiscard]] Index triangle_count() const noexcept;
 
+  /// Of these: another number, other triangles.
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
+
   /// Calls visit(triangle) in the order of bodies and slots; a sheet's come once a side.
   template <class Visit>
   void for_each_triangle(const Visit& visit) const {
@@ -82,6 +85,7 @@ class TissueSurface final : public Follower {
   bool has_begun_ = false;
   std::vector<std::unique_ptr<Surface>> surfaces_;  // [body]
   std::vector<SlotRange> ranges_;                   // scratch
+  std::uint64_t revision_ = 0;
 };
 
 }  // namespace pbdsurg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "lib/solver/methods/contact_multipliers.h"
+#include "lib/solver/methods/vertex_yield.h"
 
 #include "lib/solver/host/lane_access.h"
 #include "lib/solver/methods/held_vertex.h"

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/solver/surface_buffers.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <vector>
+
+namespace pbdsurg::cuda {
+
+void SurfaceBuffers::take_over(const SolverData& data, const Room& room, cudaStream_t stream) {
+  if (seen_surface_ != data.surface.revision()) {
+    upload_triangles(data.surface, stream);
+    seen_surface_ = data.surface.revision();
+  }
+  if (room != room_ || room_.meeters == 0) {
+    seen_pieces_.reset();
+  }
+  make_room(data, room, stream);
+  if (seen_pieces_ != data.free_pieces.revision()) {
+    upload_pieces(data.free_pieces, stream);
+    seen_pieces_ = data.free_pieces.revision();
+  }
+}
+
+void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStream_t stream) {
+  constexpr Index kBits = 32;
+  const auto copies = static_cast<std::size_t>(data.copy_count());
+  const std::int64_t candidates = std::int64_t{room.vertices} * (1 + room.half_spaces) +
+                                  4 * std::int64_t{arrays_.triangle_count};
+  const auto words = static_cast<Index>((candidates + kBits - 1) / kBits);
+  if (room == room_ && words == arrays_.word_room) {
+    return;
+  }
+  const auto most =
+      static_cast<Index>(std::min<std::int64_t>(candidates, data.options.contact_capacity));
+  const Index contacts = room.meeters * most;
+  const std::size_t of_tools = copies * static_cast<std::size_t>(room.meeters);
+  const std::size_t of_all = copies * static_cast<std::size_t>(contacts);
+  const std::size_t ends = copies * static_cast<std::size_t>(1 + room.meeters);
+  SurfaceArrays& arrays = arrays_;
+  arrays.near = near_.reserve(of_tools * static_cast<std::size_t>(words));
+  arrays.candidates = candidates_.reserve(of_tools * static_cast<std::size_t>(most));
+  arrays.found = found_.reserve(of_all);
+  arrays.contacts = contacts_.reserve(of_all);
+  arrays.ends = ends_.fill(ends, 0, stream);
+  arrays.level_counts = level_counts_.fill(copies, 0, stream);
+  arrays.first_holds =
+      first_holds_.fill(copies * static_cast<std::size_t>(room.vertices), 0xff, stream);
+  arrays.next_holds = next_holds_.reserve(3 * of_all);
+  arrays.yields = yields_.reserve(3 * of_all);
+  arrays.rigid = rigid_.reserve(of_all);
+  arrays.remembered = remembered_.reserve(of_all);
+  arrays.remembered_ends = remembered_ends_.fill(ends, 0, stream);
+  arrays.told = told_.reserve(of_all);
+  arrays.told_remembered = told_remembered_.reserve(of_all);
+  arrays.told_ends = told_ends_.reserve(ends);
+  std::fill_n(arrays.told_ends, ends, 0);
+  arrays.word_room = words;
+  arrays.tool_room = most;
+  arrays.meeter_room = room.meeters;
+  arrays.contact_room = contacts;
+  room_ = room;
+}
+
+// In the order in which a host goes through them.
+void SurfaceBuffers::upload_triangles(const TissueSurface& surface, cudaStream_t stream) {
+  std::vector<std::array<Index, 3>> all;
+  all.reserve(std::bit_ceil(static_cast<std::size_t>(surface.triangle_count())));
+  surface.for_each_triangle([&](const auto& triangle) { all.push_back(triangle); });
+  // edits change their number, and recorded steps shall stay
+  all.resize(all.empty() ? 0 : std::bit_ceil(all.size()),
+             {kInvalidIndex, kInvalidIndex, kInvalidIndex});
+  arrays_.triangles =
+      triangles_.upload({all.empty() ? nullptr : all.front().data(), 3 * all.size()}, stream);
+  arrays_.triangle_count = static_cast<Index>(all.size());
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list ends here
+}
+
+void SurfaceBuffers::upload_pieces(const PieceLists& pieces, cudaStream_t stream) {
+  std::vector<Index> piece_of(static_cast<std::size_t>(room_.vertices), kInvalidIndex);
+  for (Index piece = 0; piece < pieces.count(); ++piece) {
+    for (const Index place : pieces.places(piece)) {
+      piece_of[place] = piece;
+    }
+  }
+  arrays_.piece_of_place = pieces_.upload(piece_of, stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
+}
+
+void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
+                                   CopyState& state) const {
+  const auto first = static_cast<std::ptrdiff_t>(copy) * arrays_.contact_room;
+  const Index* const ends =
+      arrays_.told_ends + static_cast<std::ptrdiff_t>(copy) * (1 + arrays_.meeter_room);
+  for (ToolState& tool : state.tools) {
+    tool.surface_contacts.clear();
+    tool.remembered.clear();
+  }
+  for (std::size_t m = 0; m < meeters.size(); ++m) {
+    ToolState& tool = state.tools[meeters[m]];
+    const SurfaceContact* const told = arrays_.told + first;
+    const RememberedContact* const remembered = arrays_.told_remembered + first;
+    tool.surface_contacts.assign(told + ends[m], told + ends[m + 1]);
+    tool.remembered.assign(remembered + ends[m], remembered + ends[m + 1]);
+  }
+}
+
+std::size_t SurfaceBuffers::memory_bytes() const noexcept {
+  return triangles_.memory_bytes() + pieces_.memory_bytes() + near_.memory_bytes() +
+         found_.memory_bytes() + contacts_.memory_bytes() + candidates_.memory_bytes() +
+         ends_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
+         next_holds_.memory_bytes() + yields_.memory_bytes() + rigid_.memory_bytes() +
+         remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+}
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a device needs for tools that meet surfaces, and what these touch.
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "cuda/buffer.cuh"
+#include "lib/device/device_arrays.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg::cuda {
+
+class SurfaceBuffers {
+ public:
+  struct Room {
+    Index vertices, meeters, half_spaces;  ///< of a copy, all of its meeters' half spaces together
+
+    bool operator==(const Room&) const = default;
+  };
+
+  /// Makes room, and follows triangles and free pieces. Cost: O(triangles + vertices) when these
+  /// have changed; waits then. No step may be at work.
+  void take_over(const SolverData& data, const Room& room, cudaStream_t stream);
+
+  /// After a part of a step: what tools touched, and what the next substep has to know of that.
+  /// @param meeters  those that meet surfaces
+  void take_contacts(Index copy, std::span<const Index> meeters, CopyState& state) const;
+
+  [[nodiscard]] const SurfaceArrays& arrays() const noexcept { return arrays_; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  void make_room(const SolverData& data, const Room& room, cudaStream_t stream);
+  void upload_triangles(const TissueSurface& surface, cudaStream_t stream);
+  void upload_pieces(const PieceLists& pieces, cudaStream_t stream);
+
+  Room room_{};
+  std::optional<std::uint64_t> seen_surface_, seen_pieces_;  // revisions
+
+  DeviceBuffer<Index> triangles_, pieces_;
+  DeviceBuffer<std::uint32_t> near_;
+  DeviceBuffer<DeviceContact> found_, contacts_;
+  DeviceBuffer<Index> candidates_, ends_, level_counts_, first_holds_, next_holds_;
+  DeviceBuffer<float> yields_;
+  DeviceBuffer<RigidContact> rigid_;
+  DeviceBuffer<RememberedContact> remembered_;
+  DeviceBuffer<Index> remembered_ends_;
+  PinnedBuffer<SurfaceContact> told_;
+  PinnedBuffer<RememberedContact> told_remembered_;
+  PinnedBuffer<Index> told_ends_;
+  SurfaceArrays arrays_{};
+};
+
+}  // namespace pbdsurg::cuda

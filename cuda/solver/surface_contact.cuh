@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Contacts with surfaces as sweeps read them.
+
+#include "cuda/solver/kernel_support.cuh"
+#include "lib/solver/methods/contact_multipliers.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+__device__ inline SurfaceArrays of_copy(SurfaceArrays surfaces, Index place_room) {
+  const auto of = [](Index room) { return copy_index() * static_cast<std::size_t>(room); };
+  surfaces.near += of(surfaces.meeter_room) * static_cast<std::size_t>(surfaces.word_room);
+  surfaces.candidates += of(surfaces.contact_room);
+  surfaces.found += of(surfaces.contact_room);
+  surfaces.contacts += of(surfaces.contact_room);
+  surfaces.ends += of(1 + surfaces.meeter_room);
+  surfaces.level_counts += copy_index();
+  surfaces.first_holds += surfaces.first_holds != nullptr ? of(place_room) : 0;
+  surfaces.next_holds += of(3 * surfaces.contact_room);
+  surfaces.rigid += of(surfaces.contact_room);
+  surfaces.remembered += of(surfaces.contact_room);
+  surfaces.remembered_ends += of(1 + surfaces.meeter_room);
+  surfaces.told += of(surfaces.contact_room);
+  surfaces.told_remembered += of(surfaces.contact_room);
+  surfaces.told_ends += of(1 + surfaces.meeter_room);
+  return surfaces;
+}
+
+/// Where a contact is now.
+__device__ inline ContactReading<float> read_contact(const DeviceState& state,
+                                                     const SurfaceContact& contact) {
+  Vec3<float> sum;
+  for (int k = 0; k < contact.feature.count(); ++k) {
+    sum = sum + contact.weights[k] *
+                    position_of(load_particle(moving_of(state) + contact.feature.places[k]));
+  }
+  return read_plane(contact, sum);
+}
+
+__device__ inline Index contact_count(const SurfaceArrays& surfaces) {
+  return __ldcg(surfaces.ends + surfaces.meeter_room);
+}
+
+/// Adds the surface contacts of a vertex to its energy; the last first, as on the host.
+__device__ inline void add_surface_contacts(const DeviceState& state, const SurfaceArrays& surfaces,
+                                            Index place, float inverse_dt_squared,
+                                            VertexEnergy<float>& energy) {
+  if (surfaces.first_holds == nullptr) {
+    return;  // no tool has met surfaces yet
+  }
+  for (Index hold = __ldcg(surfaces.first_holds + place); hold != kInvalidIndex;
+       hold = __ldcg(surfaces.next_holds + hold)) {
+    const DeviceContact& stored = surfaces.contacts[hold / 3];
+    const SurfaceContact& contact = stored.contact;
+    add_answer(contact,
+               answer(contact, stored.friction, read_contact(state, contact), inverse_dt_squared,
+                      contact.stiffness),
+               contact.weights[hold % 3], energy);
+  }
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -1,0 +1,569 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Tools that meet surfaces: what they touch in a substep, in the order of the host's lists, and
+/// what pushes back; see surface_contacts.h.
+
+#include <cub/block/block_scan.cuh>
+
+#include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/stiff_link_kernels.cuh"
+#include "cuda/solver/tool_kernels.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
+#include "lib/solver/methods/feature_meeting.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kListThreads = 256;  // of the one block of a copy that lists contacts
+constexpr int kAnswerBlocks = 8;   // whatever the number of contacts, which the host does not know
+
+/// Features whose bounding box a tool's meets.
+struct Candidate {
+  FeatureCorners corners;
+  Index half_space = kInvalidIndex;  ///< that meets it, else capsules do
+};
+
+/// @return  whether there is a candidate of that number, and it can move
+__device__ inline bool load_candidate(const DeviceState& state, const SurfaceArrays& surfaces,
+                                      const MeeterInput& meeter, Index index, Index vertex_count,
+                                      Candidate& candidate) {
+  FeatureCorners& corners = candidate.corners;
+  const Index of_vertices = vertex_count * (1 + meeter.half_space_count);
+  if (index < of_vertices) {
+    corners.count = 1;
+    corners.places[0] = index % vertex_count;
+    candidate.half_space = index / vertex_count - 1;
+    if (candidate.half_space == kInvalidIndex && meeter.capsule_count == 0) {
+      return false;
+    }
+  } else {
+    const Index triangle = (index - of_vertices) / 4;
+    const Index part = (index - of_vertices) % 4;
+    if (!meeter.meets_triangles || triangle >= surfaces.triangle_count) {
+      return false;
+    }
+    const Index* const places = surfaces.triangles + 3 * static_cast<std::ptrdiff_t>(triangle);
+    ContactFeature feature{{__ldg(places), __ldg(places + 1), __ldg(places + 2)}};
+    if (feature.places[0] == kInvalidIndex) {
+      return false;
+    }
+    if (part < 3) {  // edges run from smaller to larger places in one of two triangles
+      const Index first = feature.places[part], second = feature.places[(part + 1) % 3];
+      if (first > second) {
+        return false;
+      }
+      corners.count = 2;
+      corners.places[0] = first;
+      corners.places[1] = second;
+    } else {
+      feature.sort();
+      corners.count = 3;
+      for (int k = 0; k < 3; ++k) {
+        corners.places[k] = feature.places[k];
+      }
+    }
+  }
+  bool moves = false;
+  for (int k = 0; k < corners.count; ++k) {
+    const Index place = corners.places[k];
+    const Particle p = load_particle(moving_of(state) + place);
+    const Vec3<float> base = base_of(state, place);
+    corners.start[k] =
+        state.displacements == nullptr ? position_of(load_particle(state.previous + place)) : base;
+    corners.end[k] = base + position_of(p);
+    moves |= p.w > 0;
+  }
+  return moves;
+}
+
+__device__ inline int compare(const ContactFeature& a, const ContactFeature& b) {
+  for (int k = 0; k < 3; ++k) {
+    if (a.places[k] != b.places[k]) {
+      return a.places[k] < b.places[k] ? -1 : 1;
+    }
+  }
+  return 0;
+}
+
+/// What the substep before left of a contact; null if there was none.
+__device__ inline const RememberedContact* find_remembered(const RememberedContact* first,
+                                                           Index count,
+                                                           const ContactFeature& feature) {
+  Index low = 0, high = count;
+  while (low < high) {
+    const Index middle = (low + high) / 2;
+    const int order = compare(first[middle].feature, feature);
+    if (order == 0) {
+      return first + middle;
+    }
+    low = order < 0 ? middle + 1 : low;
+    high = order < 0 ? high : middle;
+  }
+  return nullptr;
+}
+
+/// The tables of a substep, of this copy.
+struct Meeters {
+  const MeeterInput* meeters;
+  const SweptCapsule* swept;
+  const SweptHalfSpace* half_spaces;
+  const RememberedContact* remembered;  ///< of the substep before
+  const Index* remembered_ends;         ///< null: see MeeterInput
+
+  __device__ Meeters(const SurfaceArrays& surfaces, StepInput* input, Index substep)
+      : meeters(table<MeeterInput>(input, input->meeters) +
+                of_pusher(substep, input->meeter_count)),
+        swept(table<SweptCapsule>(input, input->swept) + of_pusher(substep, input->swept_count)),
+        half_spaces(table<SweptHalfSpace>(input, input->half_spaces) +
+                    of_pusher(substep, input->half_space_count)),
+        remembered(substep == 0 ? table<RememberedContact>(input, input->remembered)
+                                : surfaces.remembered),
+        remembered_ends(substep == 0 ? nullptr : surfaces.remembered_ends) {}
+
+  [[nodiscard]] __device__ const RememberedContact* find(Index meeter,
+                                                         const ContactFeature& feature) const {
+    const Index first =
+        remembered_ends == nullptr ? meeters[meeter].first_remembered : remembered_ends[meeter];
+    const Index count = remembered_ends == nullptr ? meeters[meeter].remembered_count
+                                                   : remembered_ends[meeter + 1] - first;
+    return find_remembered(remembered + first, count, feature);
+  }
+
+  [[nodiscard]] __device__ MetFeature meet(Index meeter, const Candidate& candidate,
+                                           const RememberedContact*& known) const {
+    const MeeterInput& tool = meeters[meeter];
+    const FeatureCorners& corners = candidate.corners;
+    MetFeature met;
+    known = nullptr;
+    if (candidate.half_space != kInvalidIndex) {
+      meet_half_space(corners, half_spaces[tool.first_half_space + candidate.half_space], met);
+      if (met.gap < kInfinity) {
+        known = find(meeter, feature_of(corners));
+      }
+    } else if (box_of(corners).meets(tool.box)) {
+      known = find(meeter, feature_of(corners));
+      for (Index c = tool.first_capsule; c < tool.first_capsule + tool.capsule_count; ++c) {
+        meet_capsule(corners, swept[c], known != nullptr ? &known->normal : nullptr, met);
+      }
+    }
+    return met;
+  }
+};
+
+/// Marks the candidates that are met: a thread each.
+__global__ void __launch_bounds__(kToolThreads)
+    find_near(DeviceState state, ToolArrays tools, StepInput* input, Index substep) {
+  const Index vertices = vertex_count(input);
+  wait_for_previous();
+  state = of_copy(state);
+  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  input += copy_index();
+  const Meeters meeters(surfaces, input, substep);
+  const Index index = thread_index();
+  for (Index m = 0; m < input->meeter_count; ++m) {
+    Candidate candidate;
+    const RememberedContact* known = nullptr;
+    const bool is_met =
+        load_candidate(state, surfaces, meeters.meeters[m], index, vertices, candidate) &&
+        meeters.meet(m, candidate, known).gap < kInfinity;
+    const std::uint32_t bits = __ballot_sync(~0U, is_met);
+    if (threadIdx.x % kWarp == 0 && index / kWarp < surfaces.word_room) {
+      surfaces.near[of_pusher(m, surfaces.word_room) + static_cast<std::size_t>(index / kWarp)] =
+          bits;
+    }
+  }
+}
+
+/// Lists the first candidates of a tool, up to the capacity, in their order.
+/// @return  how many were met
+__device__ inline Index list_candidates(const SurfaceArrays& surfaces, Index meeter,
+                                        Index capacity) {
+  using Scan = cub::BlockScan<Index, kListThreads>;
+  __shared__ typename Scan::TempStorage storage;
+  const std::uint32_t* const near = surfaces.near + of_pusher(meeter, surfaces.word_room);
+  Index* const candidates = surfaces.candidates + of_pusher(meeter, surfaces.tool_room);
+  Index found = 0;
+  for (Index first = 0; first < surfaces.word_room; first += kListThreads) {
+    const Index word = first + static_cast<Index>(threadIdx.x);
+    std::uint32_t bits = word < surfaces.word_room ? __ldcg(near + word) : 0;
+    Index rank = 0, sum = 0;
+    Scan(storage).ExclusiveSum(__popc(bits), rank, sum);
+    __syncthreads();  // the storage is used again
+    for (rank += found; bits != 0 && rank < capacity; ++rank, bits &= bits - 1) {
+      candidates[rank] = word * kWarp + __ffs(static_cast<int>(bits)) - 1;
+    }
+    found += sum;
+  }
+  __syncthreads();
+  return found;
+}
+
+constexpr Index kListedBefore = -1;  // in place of a level: there is one of that feature
+
+/// Puts a tool's contacts in the order of features, each once.
+/// @param count  of those found
+/// @return       of those kept
+__device__ inline Index order_contacts(DeviceContact* found, Index count, DeviceContact* contacts) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  Index kept = 0;
+  for (Index first = 0; first < count; first += kListThreads) {
+    const Index i = first + thread;
+    bool is_first = i < count;
+    for (Index j = 0; j < i && is_first; ++j) {
+      is_first = compare(found[j].contact.feature, found[i].contact.feature) != 0;
+    }
+    if (i < count) {
+      found[i].level = is_first ? 0 : kListedBefore;
+    }
+    kept += __syncthreads_count(is_first);
+  }
+  for (Index i = thread; i < count; i += kListThreads) {
+    if (found[i].level == kListedBefore) {
+      continue;
+    }
+    Index rank = 0;
+    for (Index j = 0; j < count; ++j) {
+      const bool is_before = found[j].level != kListedBefore &&
+                             compare(found[j].contact.feature, found[i].contact.feature) < 0;
+      rank += is_before ? 1 : 0;
+    }
+    contacts[rank] = found[i];
+  }
+  __syncthreads();
+  return kept;
+}
+
+/// Chains the holds of each place, the last first, and finds levels.
+/// @param count  of contacts
+__device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  DeviceContact* const contacts = surfaces.contacts;
+  const auto corner_at = [&](Index c, Index place) {
+    const ContactFeature& feature = contacts[c].contact.feature;
+    for (int k = 0; k < 3; ++k) {
+      if (feature.places[k] == place) {
+        return k;
+      }
+    }
+    return -1;
+  };
+  for (Index hold = thread; hold < 3 * count; hold += kListThreads) {
+    const Index own = hold / 3;
+    const Index place = contacts[own].contact.feature.places[hold % 3];
+    Index before = kInvalidIndex;
+    for (Index c = own - 1; place != kInvalidIndex && before == kInvalidIndex && c >= 0; --c) {
+      const int corner = corner_at(c, place);
+      before = corner < 0 ? kInvalidIndex : 3 * c + corner;
+    }
+    surfaces.next_holds[hold] = before;
+    bool is_last = place != kInvalidIndex;
+    for (Index c = own + 1; is_last && c < count; ++c) {
+      is_last = corner_at(c, place) < 0;
+    }
+    if (is_last) {
+      surfaces.first_holds[place] = hold;
+    }
+  }
+  __syncthreads();
+  constexpr Index kUnknown = -1;
+  for (Index c = thread; c < count; c += kListThreads) {
+    contacts[c].level = kUnknown;
+  }
+  Index levels = 0;
+  bool is_any_unknown = count > 0;
+  while (is_any_unknown) {
+    __syncthreads();
+    is_any_unknown = false;
+    for (Index c = thread; c < count; c += kListThreads) {
+      volatile Index& own = contacts[c].level;
+      if (own != kUnknown) {
+        continue;
+      }
+      Index level = 0;
+      for (int k = 0; k < 3 && level != kUnknown; ++k) {
+        const Index before = surfaces.next_holds[3 * c + k];
+        if (before != kInvalidIndex) {
+          const volatile Index& known = contacts[before / 3].level;
+          level = known == kUnknown ? kUnknown : (known + 1 > level ? known + 1 : level);
+        }
+      }
+      own = level;
+      is_any_unknown |= level == kUnknown;
+    }
+    ++levels;
+    is_any_unknown = __syncthreads_or(is_any_unknown) != 0;
+  }
+  if (thread == 0) {
+    *surfaces.level_counts = levels;  // at least as many as there are
+  }
+}
+
+/// One block a copy.
+/// @param has_pushers  then other contacts have been counted
+__global__ void __launch_bounds__(kListThreads)
+    list_contacts(DeviceState state, ToolArrays tools, StepInput* input, Index substep,
+                  bool has_pushers, bool remembers) {
+  const Index vertices = vertex_count(input);
+  wait_for_previous();
+  state = of_copy(state);
+  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  input += copy_index();
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const Meeters meeters(surfaces, input, substep);
+  const Index before = surfaces.ends[surfaces.meeter_room];
+  for (Index hold = thread; hold < 3 * before; hold += kListThreads) {
+    const Index place = surfaces.contacts[hold / 3].contact.feature.places[hold % 3];
+    if (place != kInvalidIndex) {
+      surfaces.first_holds[place] = kInvalidIndex;
+    }
+  }
+  const Index capacity =
+      input->contact_capacity < surfaces.tool_room ? input->contact_capacity : surfaces.tool_room;
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  Index end = 0, dropped = 0;
+  for (Index m = 0; m < surfaces.meeter_room; ++m) {
+    if (thread == 0) {
+      surfaces.ends[m] = end;
+    }
+    if (m >= input->meeter_count) {
+      continue;
+    }
+    const Index all = list_candidates(surfaces, m, capacity);
+    const Index count = all < capacity ? all : capacity;
+    dropped += all - count;
+    const Index* const candidates = surfaces.candidates + of_pusher(m, surfaces.tool_room);
+    for (Index i = thread; i < count; i += kListThreads) {
+      Candidate candidate;
+      load_candidate(state, surfaces, meeters.meeters[m], candidates[i], vertices, candidate);
+      const RememberedContact* known = nullptr;
+      const MetFeature met = meeters.meet(m, candidate, known);
+      const auto start_of = [&](Index place) {
+        if (state.displacements == nullptr) {
+          return position_of(load_particle(state.previous + place));
+        }
+        if (state.ways != nullptr) {
+          return load_way(state.ways + place);
+        }
+        const Carry carry = load_carry(state.carries + place);
+        return Vec3<float>{carry.x, carry.y, carry.z};
+      };
+      DeviceContact& found = surfaces.found[i];
+      found.contact = contact_of(
+          candidate.corners, met, [&](Index place) { return base_of(state, place); }, start_of);
+      if (remembers && known != nullptr) {
+        recall(*known, inverse_dt_squared, found.contact);
+      }
+      found.friction = meeters.meeters[m].friction;
+    }
+    __syncthreads();
+    end += order_contacts(surfaces.found, count, surfaces.contacts + end);
+  }
+  if (thread == 0) {
+    surfaces.ends[surfaces.meeter_room] = end;
+    input->sums.contacts = (has_pushers ? input->sums.contacts : 0) + end;
+    input->sums.dropped_contacts += dropped;
+  }
+  chain_contacts(surfaces, end);
+}
+
+void find_surface_contacts(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                           Index substep, bool has_pushers, const Launch& how) {
+  launch(how, "launching the search for surfaces",
+         blocks_for(tools.surfaces.word_room * kWarp, kToolThreads), kToolThreads, find_near, state,
+         tools, input, substep);
+  const bool remembers = state.fixed_points != nullptr;
+  launch(how, "launching the list of contacts", 1, kListThreads, list_contacts, state, tools, input,
+         substep, has_pushers, remembers);
+}
+
+constexpr int kYieldThreads = 96;  // three for each contact
+
+/// How stiffly contacts are met, once it is known what holds each vertex: a thread a corner.
+template <bool kRowsChange>
+__global__ void __launch_bounds__(kYieldThreads)
+    find_yields(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
+                Index substep) {
+  wait_for_previous();
+  state = of_copy(state);
+  vertices = of_copy(vertices);
+  tools = of_copy(tools, state.capacity);
+  input += copy_index();
+  const SurfaceArrays& surfaces = tools.surfaces;
+  const Index count = contact_count(surfaces);
+  __shared__ float yields[kYieldThreads];
+  const auto is_likely = [&](const SurfaceContact& contact) {
+    return contact.multiplier > 0 || read_contact(state, contact).gap < 0;
+  };
+  for (Index first = static_cast<Index>(blockIdx.x) * kYieldThreads; first < 3 * count;
+       first += thread_count()) {
+    const Index hold = first + static_cast<Index>(threadIdx.x);
+    const Index own = hold / 3, corner = hold % 3;
+    float yield = 0;
+    if (own < count && corner < surfaces.contacts[own].contact.feature.count()) {
+      const SurfaceContact& contact = surfaces.contacts[own].contact;
+      const Index place = contact.feature.places[corner];
+      const float weight = contact.weights[corner];
+      float pushes = is_likely(contact) ? 0 : weight;
+      for (Index h = surfaces.first_holds[place]; h != kInvalidIndex; h = surfaces.next_holds[h]) {
+        const SurfaceContact& other = surfaces.contacts[h / 3].contact;
+        pushes += is_likely(other) ? other.weights[h % 3] : 0;
+      }
+      const VertexGive<float> give =
+          find_loose_end<kRowsChange>(state, vertices, tools, input, substep, true, place).give;
+      yield = weight * pushes * dot(contact.normal, give * contact.normal);
+    }
+    yields[threadIdx.x] = yield;
+    __syncthreads();
+    if (own < count && corner == 0) {
+      const float sum = yields[threadIdx.x] + yields[threadIdx.x + 1] + yields[threadIdx.x + 2];
+      surfaces.contacts[own].contact.stiffness = sum > 0 ? kContactFirmness / sum : 0.0F;
+    }
+    __syncthreads();
+  }
+}
+
+void begin_surface_contacts(const DeviceState& state, const VertexArrays& vertices,
+                            const ToolArrays& tools, StepInput* input, Index substep,
+                            const Launch& how) {
+  launch(how, "launching how contacts are met", share_blocks(kAnswerBlocks, 1, how), kYieldThreads,
+         vertices.is_damped ? find_yields<true> : find_yields<false>, state, vertices, tools, input,
+         substep);
+}
+
+/// Moves corners by their masses, one level of contacts after another: the bits of one contact
+/// after another. One block a copy.
+/// @param settles  only those that are inside, without friction
+__global__ void __launch_bounds__(kListThreads)
+    project_surfaces(DeviceState state, ToolArrays tools, bool settles) {
+  wait_for_previous();
+  state = of_copy(state);
+  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  const Index count = contact_count(surfaces);
+  const Index levels = __ldcg(surfaces.level_counts);
+  Particle* const moving = moving_of(state);
+  for (Index level = 0; level < levels; ++level) {
+    for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kListThreads) {
+      DeviceContact& stored = surfaces.contacts[c];
+      if (stored.level != level) {
+        continue;
+      }
+      SurfaceContact contact = stored.contact;
+      const int corners = contact.feature.count();
+      float yield = 0;
+      for (int k = 0; k < corners; ++k) {
+        const float w = load_particle(moving + contact.feature.places[k]).w;
+        yield += contact.weights[k] * contact.weights[k] * w;
+      }
+      if (settles && !(read_contact(state, contact).gap < 0)) {
+        continue;
+      }
+      project_contact(
+          contact, settles ? 0.0F : stored.friction, yield,
+          [&] { return read_contact(state, contact); },
+          [&](const Vec3<float>& push) {
+            for (int k = 0; k < corners; ++k) {
+              Particle* const particle = moving + contact.feature.places[k];
+              const Particle p = load_particle(particle);
+              const Vec3<float> after = position_of(p) + (contact.weights[k] * p.w) * push;
+              if (is_finite_way(after)) {
+                store_particle(particle, after, p.w);
+              }
+            }
+          });
+      stored.contact = contact;
+    }
+    __syncthreads();
+  }
+}
+
+void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,
+                              const Launch& how) {
+  launch(how, "launching contacts with surfaces", 1, kListThreads, project_surfaces, state, tools,
+         settles);
+}
+
+/// After a sweep of vertex blocks, multipliers become the forces of the contacts.
+__global__ void __launch_bounds__(kToolThreads)
+    answer_surfaces(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  input += copy_index();
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const float square = 1 / inverse_dt_squared;
+  const Index count = contact_count(surfaces);
+  for (Index c = thread_index(); c < count; c += thread_count()) {
+    SurfaceContact& contact = surfaces.contacts[c].contact;
+    take_over(contact,
+              answer(contact, surfaces.contacts[c].friction, read_contact(state, contact),
+                     inverse_dt_squared, contact.stiffness)
+                  .force,
+              square);
+  }
+}
+
+/// What the next substep has to know, and after the last one the host.
+__global__ void __launch_bounds__(kToolThreads)
+    remember(ToolArrays tools, const StepInput* input, Index place_room, bool tells) {
+  wait_for_previous();
+  const SurfaceArrays surfaces = of_copy(tools, place_room).surfaces;
+  input += copy_index();
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const Index count = contact_count(surfaces);
+  for (Index c = thread_index(); c < count; c += thread_count()) {
+    const SurfaceContact& contact = surfaces.contacts[c].contact;
+    const RememberedContact now{contact.feature, contact.normal,
+                                inverse_dt_squared * contact.multiplier,
+                                inverse_dt_squared * contact.friction};
+    surfaces.remembered[c] = now;
+    if (tells) {
+      surfaces.told[c] = contact;
+      surfaces.told_remembered[c] = now;
+    }
+  }
+  for (Index m = thread_index(); m <= surfaces.meeter_room; m += thread_count()) {
+    const Index end = __ldcg(surfaces.ends + m);
+    surfaces.remembered_ends[m] = end;
+    if (tells) {
+      surfaces.told_ends[m] = end;
+    }
+  }
+}
+
+void remember_surface_contacts(const DeviceState& state, const ToolArrays& tools,
+                               const StepInput* input, bool tells, const Launch& how) {
+  launch(how, "launching what is remembered of contacts", share_blocks(kAnswerBlocks, 1, how),
+         kToolThreads, remember, tools, input, state.capacity, tells);
+}
+
+/// Of BDF2, as ease() for vertices that tools push: by levels. One block a copy.
+__global__ void __launch_bounds__(kListThreads)
+    ease_surfaces(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  input += copy_index();
+  const Index count = contact_count(surfaces);
+  const Index levels = __ldcg(surfaces.level_counts);
+  for (Index level = 0; level < levels; ++level) {
+    for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kListThreads) {
+      const DeviceContact& stored = surfaces.contacts[c];
+      const SurfaceContact& contact = stored.contact;
+      if (stored.level != level || !(contact.multiplier > 0) || contact.is_eased) {
+        continue;
+      }
+      for (int k = 0; k < contact.feature.count(); ++k) {
+        const Index place = contact.feature.places[k];
+        if (load_particle(state.particles + place).w > 0) {
+          ease_vertex(state, place, contact.normal, input->inverse_h);
+        }
+      }
+    }
+    __syncthreads();
+  }
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

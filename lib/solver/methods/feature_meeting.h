@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Where a vertex, an edge or a triangle meets a tool in a substep, for one of them, on a CPU or a
+/// device.
+
+#include <cmath>
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+
+#include "lib/base/segment.h"
+#include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/state/surface_contact.h"
+
+namespace pbdsurg {
+
+/// A capsule in the world through a substep.
+struct SweptCapsule {
+  PlacedCapsule before;  ///< at its start
+  PlacedCapsule now;     ///< at its end
+};
+
+/// A half space in the world through a substep.
+struct SweptHalfSpace {
+  Vec3<float> normal;   ///< out of it
+  Vec3<float> point;    ///< m, of its plane
+  Vec3<float> turn[3];  ///< rows of what the turn of its tool adds to a way from the centre
+  Vec3<float> centre;   ///< m, of the tool's frame
+  Vec3<float> shift;    ///< m, of that
+};
+
+/// Corners of a feature through a substep.
+struct FeatureCorners {
+  int count = 0;
+  Index places[3] = {kInvalidIndex, kInvalidIndex, kInvalidIndex};
+  Vec3<float> start[3], end[3];  ///< m
+};
+
+/// The plane that stands for a tool near a feature.
+struct MetFeature {
+  float gap = kInfinity;  ///< m, negative inside; infinite while there is no contact
+  float weights[3] = {};
+  Vec3<float> normal;  ///< out of the tool
+  Vec3<float> point;   ///< m, of the tool's surface
+  Vec3<float> way;     ///< m, of that point of the tool in the substep
+  float height = 0;    ///< m, of the plane: normal . x of its points
+};
+
+PBDSURG_HOST_DEVICE inline ContactFeature feature_of(const FeatureCorners& corners) {
+  return {{corners.places[0], corners.places[1], corners.places[2]}};
+}
+
+/// What holds all corners of a feature through the substep.
+PBDSURG_HOST_DEVICE inline ContactBox box_of(const FeatureCorners& corners) {
+  ContactBox box;
+  for (int k = 0; k < corners.count; ++k) {
+    box.add({corners.start[k], 0, corners.end[k]});
+  }
+  return box;
+}
+
+namespace feature_meeting {
+
+using Vector = Vec3<float>;
+
+// An edge's ends are its vertices' business: shares of its length.
+inline constexpr float kEnd = 0.02F;
+// Of the radius, that tool and tissue may move against each other between two looks.
+inline constexpr float kStride = 0.5F;
+inline constexpr int kMostLooks = 64;
+inline constexpr float kPlaneMargin = 1e-3F;  // m, beside what a vertex moves in the substep
+
+PBDSURG_HOST_DEVICE inline Vector between(const Vector& from, const Vector& to, float share) {
+  return from + share * (to - from);
+}
+
+PBDSURG_HOST_DEVICE inline float length(const Vector& v) {
+  using std::sqrt;
+  return sqrt(dot(v, v));
+}
+
+PBDSURG_HOST_DEVICE inline float larger(float a, float b) {
+  return a < b ? b : a;
+}
+
+// Where a feature is nearest to an axis.
+struct Meeting {
+  float weights[3] = {};
+  float share = 0;  // of the axis, from start to end
+  Vector away;      // m, from the axis to the feature
+  float distance = kInfinity;
+};
+
+PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vector& x, const Vector& a, const Vector& b) {
+  const float share = closest_of_segments(a, b, x, x).first;
+  const Vector away = x - between(a, b, share);
+  return {{1, 0, 0}, share, away, length(away)};
+}
+
+PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const Vector& a,
+                                             const Vector& b) {
+  const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
+  if (pair.second < kEnd || pair.second > 1 - kEnd) {
+    return {};
+  }
+  const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
+  return {{1 - pair.second, pair.second, 0}, pair.first, away, length(away)};
+}
+
+// Takes the point of a triangle's plane below one of the axis, if that is within the triangle and
+// nearer.
+PBDSURG_HOST_DEVICE inline void consider(const Vector (&x)[3], const Vector& p, float share,
+                                         Meeting& best) {
+  const Vector first = x[1] - x[0], second = x[2] - x[0];
+  const Vector normal = cross(first, second);
+  const float square = dot(normal, normal);
+  const Vector d = p - x[0];
+  const float b = dot(cross(d, second), normal) / square;
+  const float c = dot(cross(first, d), normal) / square;
+  const float rest = 1 - b - c;
+  if (!(rest > kEnd && b > kEnd && c > kEnd)) {
+    return;
+  }
+  const Vector away = rest * x[0] + b * x[1] + c * x[2] - p;
+  const float distance = length(away);
+  if (distance < best.distance) {
+    best = {{rest, b, c}, share, away, distance};
+  }
+}
+
+PBDSURG_HOST_DEVICE inline Meeting meet_triangle(const Vector (&x)[3], const Vector& a,
+                                                 const Vector& b) {
+  Meeting best;
+  consider(x, between(a, b, 0), 0, best);
+  const Vector axis = b - a;
+  if (dot(axis, axis) > 0) {
+    consider(x, between(a, b, 1), 1, best);
+    const Vector normal = cross(x[1] - x[0], x[2] - x[0]);
+    const float rise = dot(axis, normal);
+    const float share = dot(x[0] - a, normal) / rise;
+    if (share > 0 && share < 1) {
+      consider(x, between(a, b, share), share, best);
+    }
+  }
+  return best;
+}
+
+PBDSURG_HOST_DEVICE inline Meeting meet(int count, const Vector (&x)[3], const Vector& a,
+                                        const Vector& b) {
+  return count == 1   ? meet_vertex(x[0], a, b)
+         : count == 2 ? meet_edge(x, a, b)
+                      : meet_triangle(x, a, b);
+}
+
+// At a share of the substep.
+PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float share,
+                                           const SweptCapsule& capsule) {
+  Vector x[3];
+  for (int k = 0; k < corners.count; ++k) {
+    x[k] = share < 1 ? between(corners.start[k], corners.end[k], share) : corners.end[k];
+  }
+  const auto& [before, now] = capsule;
+  return share < 1 ? meet(corners.count, x, between(before.start, now.start, share),
+                          between(before.end, now.end, share))
+                   : meet(corners.count, x, now.start, now.end);
+}
+
+}  // namespace feature_meeting
+
+/// Considers one capsule of a tool, and keeps the plane with the least gap. A feature is met where
+/// it is within a quarter of the capsule's radius where the substep ends, or if it has gone through
+/// on its way.
+/// @param side  the normal that it had in the substep before, where the tool keeps it on the same
+///              side; null if there was none
+PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
+                                             const SweptCapsule& capsule, const Vec3<float>* known,
+                                             MetFeature& deepest) {
+  using namespace feature_meeting;
+  using std::ceil;
+  const auto& [before, now] = capsule;
+  const float radius = now.radius;
+  const float reach = (1 + kContactMargin) * radius;
+  const Meeting end = meet_at(corners, 1, capsule);
+  bool has_side = known != nullptr;
+  Vector side = has_side ? *known : Vector{};
+  bool is_hit = end.distance < reach;
+  Meeting hit = end;
+  float travel = 0;
+  for (int k = 0; k < corners.count; ++k) {
+    travel = larger(travel, length(corners.end[k] - corners.start[k]));
+  }
+  travel = travel + larger(length(now.start - before.start), length(now.end - before.end));
+  const float strides = ceil(travel / (kStride * radius));
+  const int looks = !(strides > 1)         ? 1
+                    : strides < kMostLooks ? static_cast<int>(strides)
+                                           : kMostLooks;
+  // the first look is at the start: what was near then, sweeps may bring back
+  for (int look = 0; look < (known != nullptr ? 1 : looks) && !(has_side && is_hit); ++look) {
+    const float share = static_cast<float>(look) / static_cast<float>(looks);
+    const Meeting early = meet_at(corners, share, capsule);
+    if (early.distance < reach && early.distance > 0) {
+      side = has_side ? side : (1 / early.distance) * early.away;
+      has_side = true;
+      hit = is_hit ? hit : early;  // gone through, unless it only came by
+      is_hit = true;
+    }
+  }
+  if (!is_hit) {
+    return;
+  }
+  const Vector on_axis = between(now.start, now.end, hit.share);
+  const Vector x = hit.weights[0] * corners.end[0] + hit.weights[1] * corners.end[1] +
+                   hit.weights[2] * corners.end[2];
+  const Vector away = x - on_axis;
+  const float distance = length(away);
+  Vector normal;
+  if (distance > 0 && (!has_side || dot(away, side) > 0)) {
+    normal = (1 / distance) * away;
+  } else if (has_side) {
+    normal = distance > 0 && end.distance < reach ? (-1 / distance) * away : side;
+  } else {
+    return;  // on the axis: it has no side to be pushed to
+  }
+  const float gap = dot(normal, away) - radius;
+  if (!(gap < deepest.gap)) {
+    return;
+  }
+  deepest.gap = gap;
+  for (int k = 0; k < 3; ++k) {
+    deepest.weights[k] = hit.weights[k];
+  }
+  deepest.normal = normal;
+  deepest.point = on_axis + radius * normal;
+  deepest.way = deepest.point - (between(before.start, before.end, hit.share) + radius * normal);
+  deepest.height = dot(normal, on_axis) + radius;
+}
+
+/// Likewise a half space, with all vertices that are near its plane or come near in the substep.
+PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
+                                                const SweptHalfSpace& half_space, MetFeature& met) {
+  using namespace feature_meeting;
+  const Vector x = vertex.end[0];
+  const Vector& normal = half_space.normal;
+  const float gap = dot(normal, x - half_space.point);
+  if (!(gap < kPlaneMargin + length(x - vertex.start[0]))) {
+    return;
+  }
+  met.gap = gap;
+  met.weights[0] = 1;
+  met.weights[1] = met.weights[2] = 0;
+  met.normal = normal;
+  met.point = x - gap * normal;
+  const Vector arm = met.point - half_space.centre;
+  met.way = Vector{dot(half_space.turn[0], arm), dot(half_space.turn[1], arm),
+                   dot(half_space.turn[2], arm)} +
+            half_space.shift;
+  met.height = dot(normal, half_space.point);
+}
+
+/// @param base   (place) -> m, from where displacements of a vertex count
+/// @param start  (place) -> m, where it would be, as they count, had it not moved
+template <class Base, class Start>
+PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corners,
+                                                     const MetFeature& met, const Base& base,
+                                                     const Start& start) {
+  SurfaceContact contact;
+  contact.feature = feature_of(corners);
+  contact.normal = met.normal;
+  contact.point = met.point;
+  contact.drift = met.way;
+  contact.offset = met.height;
+  for (int k = 0; k < corners.count; ++k) {
+    const Index place = corners.places[k];
+    contact.weights[k] = met.weights[k];
+    contact.offset = contact.offset - met.weights[k] * dot(met.normal, base(place));
+    contact.drift = contact.drift + met.weights[k] * start(place);
+  }
+  return contact;
+}
+
+/// Vertex blocks go on from the forces of the substep before.
+PBDSURG_HOST_DEVICE inline void recall(const RememberedContact& known, float inverse_dt_squared,
+                                       SurfaceContact& contact) {
+  contact.multiplier = known.force / inverse_dt_squared;
+  const Vec3<float> along = known.friction - dot(known.friction, contact.normal) * contact.normal;
+  contact.friction = (1 / inverse_dt_squared) * along;
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tools that meet surfaces on a device: strict has the bits of the serial backend.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/solver/compaction.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
+
+#include "tests/cuda/strict_pair.h"
+#include "tests/support/catch.h"
+#include "tests/support/free_block.h"
+#include "tests/support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using Eigen::Vector3f;
+using testing::Approx;
+using testing::StrictPair;
+
+constexpr float kStep = 5e-3F;
+constexpr float kEdge = 3e-3F;
+
+ToolPose at(const Vector3f& place) {
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = place;
+  return pose;
+}
+
+// A block of soft tissue on a table, of springs where the mode knows nothing else.
+Scene make_block(const SolverOptions& options = {}) {
+  Scene scene;
+  const bool has_springs = options.mode == ProjectionMode::fraction;
+  const BodyId block = scene.add_body(
+      "block", testing::make_box({6, 6, 3}, kEdge),
+      has_springs ? testing::kSprings
+                  : Material{.model = ElasticModel::neo_hookean, .youngs_modulus = 10e3F});
+  std::vector<Index> bottom;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].z() < 1e-9) {
+      bottom.push_back(v);
+    }
+  }
+  scene.fix_vertices(block, bottom);
+  return scene;
+}
+
+// A shaft with a hook at its end.
+constexpr float kRadius = 1e-3F;
+const std::array<Capsule, 2> kHook{Capsule{{0, 0, 0}, {0, 0, 40e-3F}, kRadius},
+                                   Capsule{{0, 0, 0}, {5e-3F, 1e-3F, 0}, kRadius}};
+
+// Presses, drags and lifts.
+ToolPose hook_at(int step) {
+  const float t = static_cast<float>(step) / 40;
+  const Vector3f above(7.3e-3F, 8.1e-3F, 10.5e-3F);
+  ToolPose pose = at(above + Vector3f(4e-3F * t, 2e-3F * t, -4e-3F * std::sin(3.1F * t)));
+  pose.rotate(Eigen::AngleAxisf(0.6F * t, Vector3f::UnitY()));
+  return pose;
+}
+
+void check_same_contacts(const StrictPair& pair, ToolId tool, Index copy = 0) {
+  CHECK(pair.device.tool_force(tool, copy) == pair.serial.tool_force(tool, copy));
+  CHECK(pair.device.tool_torque(tool, copy) == pair.serial.tool_torque(tool, copy));
+  const std::vector<ToolContact> expected = pair.serial.tool_contacts(tool, copy);
+  const std::vector<ToolContact> found = pair.device.tool_contacts(tool, copy);
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    INFO("contact " << i);
+    CHECK(found[i].vertices == expected[i].vertices);
+    CHECK(found[i].weights == expected[i].weights);
+    CHECK(found[i].normal == expected[i].normal);
+    CHECK(found[i].force == expected[i].force);
+  }
+}
+
+SolverOptions any_options() {
+  return GENERATE(SolverOptions{.method = SolverMethod::projection,
+                                .mode = ProjectionMode::fraction,
+                                .substeps = 2,
+                                .iterations = 3,
+                                .integration = TimeIntegration::implicit_euler},
+                  SolverOptions{.method = SolverMethod::projection,
+                                .substeps = 2,
+                                .iterations = 4,
+                                .integration = TimeIntegration::implicit_euler},
+                  SolverOptions{.method = SolverMethod::projection,
+                                .substeps = 2,
+                                .iterations = 2,
+                                .integration = TimeIntegration::bdf2},
+                  SolverOptions{.method = SolverMethod::vertex_block,
+                                .substeps = 1,
+                                .iterations = 10,
+                                .integration = TimeIntegration::implicit_euler},
+                  SolverOptions{.method = SolverMethod::vertex_block,
+                                .substeps = 2,
+                                .iterations = 4,
+                                .integration = TimeIntegration::bdf2});
+}
+
+}  // namespace
+
+// Would catch features that a kernel misses or meets twice, another order of contacts or of holds
+// at a vertex, sides that it forgets between substeps, and forces, torques or lists of contacts
+// that are not the host's.
+TEST_CASE("cuda surfaces: a hook that presses, drags and lifts has the serial bits", "[device]") {
+  const SolverOptions options = any_options();
+  const float friction = GENERATE(0.0F, 0.3F);
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(options.integration), friction);
+  const Scene scene = make_block(options);
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId hook{};
+  pair.both([&](Solver& solver) {
+    hook = solver.add_tool(kHook, hook_at(0), {ContactFeatures::all, friction});
+  });
+  std::size_t most = 0;
+  for (int i = 1; i <= 40; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) { solver.move_tool(hook, hook_at(i)); });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, hook);
+    most = std::max(most, pair.serial.tool_contacts(hook).size());
+  }
+  CHECK(most > 5);
+}
+
+// Would catch a rigid move of a piece, or what BDF2 takes back of a push, that is summed in another
+// order, and friction with a half space.
+TEST_CASE("cuda surfaces: a block that falls on a slope and slides has the serial bits",
+          "[device]") {
+  const TimeIntegration integration = testing::any_integration();
+  SolverOptions options = testing::vertex_blocks(integration);
+  options.iterations = 10;
+  options.substeps = 1;
+  const float friction = GENERATE(0.1F, 0.5F);
+  Scene scene = testing::make_free_block();
+  scene.set_gravity(testing::gravity_on(0.3F));
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId slope{}, ball{};
+  const Capsule sphere{{0, 0, 0}, {0, 0, 0}, 3e-3F};
+  pair.both([&](Solver& solver) {
+    slope = solver.add_half_space({{0, 0, -1e-3F}}, friction);
+    ball = solver.add_tool({&sphere, 1}, at({40e-3F, 10e-3F, 3e-3F}), {ContactFeatures::all, 0.2F});
+  });
+  for (int i = 0; i < 60; ++i) {
+    CAPTURE(i);
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, slope);
+    check_same_contacts(pair, ball);
+  }
+  CHECK(pair.serial.tool_force(slope).z() < 0);
+}
+
+// Would catch triangles that edits bring or take and nobody sends, and tools that come, hold or let
+// go while others touch.
+TEST_CASE("cuda surfaces: edits and other tools in contact keep the serial bits", "[device]") {
+  const SolverOptions options = any_options();
+  const Scene scene = make_block(options);
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId hook{};
+  pair.both([&](Solver& solver) {
+    hook = solver.add_tool(kHook, hook_at(0), {ContactFeatures::all, 0.2F});
+  });
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, 2.5e-3F};
+  for (int i = 1; i <= 30; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) {
+      solver.move_tool(hook, hook_at(i));
+      if (i == 8) {
+        solver.tissue().apply(
+            {.remove_tets = {100, 101, 102, 103, 104, 105, 400, 401, 402, 403, 404, 405}});
+      } else if (i == 12) {
+        solver.tissue().undo();
+      } else if (i == 15) {  // one that meets vertices alone, and one that holds some
+        static_cast<void>(solver.add_tool({&ball, 1}, at({12e-3F, 12e-3F, 10e-3F}),
+                                          {ContactFeatures::vertices, 0}));
+        const ToolId jaws = solver.add_tool({}, at({0, 0, 10e-3F}));
+        const Index corner = solver.vertex_count() - 1;
+        solver.grasp(jaws, {&corner, 1}, 1e-3F);
+      } else if (i == 20) {
+        solver.grasp(hook, std::array<Index, 1>{solver.vertex_count() - 4});
+      } else if (i == 24) {
+        solver.release(hook);
+      }
+    });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, hook);
+  }
+}
+
+// Would catch contacts of one copy in another's place.
+TEST_CASE("cuda surfaces: copies with hooks of their own have the serial bits", "[device]") {
+  SolverOptions options = any_options();
+  options.copies = 3;
+  const Scene scene = make_block(options);
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId hook{};
+  pair.both([&](Solver& solver) {
+    hook = solver.add_tool(kHook, hook_at(0), {ContactFeatures::all, 0.3F});
+  });
+  for (int i = 1; i <= 15; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) {
+      for (Index copy = 0; copy < options.copies; ++copy) {
+        solver.move_tool(hook, hook_at((copy + 1) * i), copy);
+      }
+    });
+    pair.step_and_compare(kStep);
+    for (Index copy = 0; copy < options.copies; ++copy) {
+      CAPTURE(copy);
+      check_same_contacts(pair, hook, copy);
+    }
+  }
+}
+
+// Would catch a device that forgets what it touches when a state is written, and one that drops
+// other contacts than a host.
+TEST_CASE("cuda surfaces: snapshots and a small capacity keep the serial bits", "[device]") {
+  SolverOptions options = any_options();
+  options.contact_capacity = GENERATE(4096, 6);
+  const Scene scene = make_block(options);
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId hook{};
+  pair.both([&](Solver& solver) {
+    hook = solver.add_tool(kHook, hook_at(0), {ContactFeatures::all, 0.3F});
+  });
+  Snapshot serial, device;
+  for (int i = 1; i <= 20; ++i) {
+    CAPTURE(i);
+    if (i == 8) {
+      serial = pair.serial.snapshot();
+      device = pair.device.snapshot();
+    } else if (i == 14) {
+      pair.serial.restore(serial);
+      pair.device.restore(device);
+    }
+    pair.both([&](Solver& solver) { solver.move_tool(hook, hook_at(i)); });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, hook);
+    CHECK(pair.device.last_report().dropped_contacts == pair.serial.last_report().dropped_contacts);
+  }
+}
+
+// Would catch fast kernels that are another computation.
+TEST_CASE("cuda surfaces: fast kernels feel what the serial backend feels", "[device]") {
+  const SolverMethod method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const Scene scene = make_block();
+  Solver serial(scene, {.method = method, .executor = executor::serial()});
+  Solver device(scene, {.method = method, .executor = cuda::device()});
+  for (Solver* const solver : {&serial, &device}) {
+    const ToolId hook = solver->add_tool(kHook, hook_at(0), {ContactFeatures::all, 0.2F});
+    for (int i = 1; i <= 60; ++i) {
+      solver->move_tool(hook, hook_at(std::min(i, 20)));
+      solver->step(kStep);
+    }
+  }
+  const Vector3f expected = serial.tool_force(ToolId(0));
+  CHECK(expected.z() > 0.05F);
+  CHECK((device.tool_force(ToolId(0)) - expected).norm() < 0.02F * expected.norm());
+  CHECK((device.tool_torque(ToolId(0)) - serial.tool_torque(ToolId(0))).norm() <
+        0.02F * serial.tool_torque(ToolId(0)).norm());
+}
+
+}  // namespace pbdsurg
