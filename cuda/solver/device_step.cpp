@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/device_step.h"
 
+#include "lib/solver/methods/surface_contacts.h"
+
 namespace pbdsurg::cuda {
 namespace {
 
@@ -86,6 +88,9 @@ class Enqueuer {
           kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch_);
         }
         kernels.push_vertices(state, vertices, tools, input, substep, has_tools, launch_);
+        for (int pass = 0; pass < kPushPasses && has_meeters; ++pass) {
+          kernels.project_surface_contacts(state, tools, false, launch_);
+        }
         break;
       case StepOperation::settle_holds:
         settle_holds(substep);

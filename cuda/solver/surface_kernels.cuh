@@ -271,7 +271,10 @@ __device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count
   for (Index c = thread; c < count; c += kListThreads) {
     contacts[c].level = kUnknown;
   }
-  Index levels = 0;
+  __shared__ Index levels;
+  if (thread == 0) {
+    levels = 0;
+  }
   bool is_any_unknown = count > 0;
   while (is_any_unknown) {
     __syncthreads();
@@ -290,13 +293,14 @@ __device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count
         }
       }
       own = level;
+      atomicMax(&levels, level + 1);
       is_any_unknown |= level == kUnknown;
     }
-    ++levels;
     is_any_unknown = __syncthreads_or(is_any_unknown) != 0;
   }
+  __syncthreads();
   if (thread == 0) {
-    *surfaces.level_counts = levels;  // at least as many as there are
+    *surfaces.level_counts = levels;
   }
 }
 
@@ -373,7 +377,7 @@ void find_surface_contacts(const DeviceState& state, const ToolArrays& tools, St
   launch(how, "launching the search for surfaces",
          blocks_for(tools.surfaces.word_room * kWarp, kToolThreads), kToolThreads, find_near, state,
          tools, input, substep);
-  const bool remembers = state.fixed_points != nullptr;
+  const bool remembers = state.fixed_points != nullptr && !state.starts;
   launch(how, "launching the list of contacts", 1, kListThreads, list_contacts, state, tools, input,
          substep, has_pushers, remembers);
 }

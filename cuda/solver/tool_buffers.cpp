@@ -186,7 +186,7 @@ void ToolBuffers::write_meeters(const CopyState& copy, const CopyTools& tools, I
                  remembered,
                  remembered_count,
                  tool.surface.friction,
-                 tool.surface.features == ContactFeatures::all};
+                 tool.meets_triangles()};
     remembered += remembered_count;
     for (std::size_t c = 0; c < tool.capsules.size(); ++c) {
       swept[capsule++] = {placed(tool.capsules_before[c]), placed(tool.placed_capsules[c])};

@@ -69,12 +69,6 @@ void check_surface(const ToolSurface& surface) {
   }
 }
 
-void check_meets_surfaces(const SolverData& data) {
-  if (is_explicit(data.options)) {
-    throw InvalidArgument("in explicit steps tools meet vertices alone, without friction");
-  }
-}
-
 void check_contact_pair(const ContactPair& pair, const SolverData& data) {
   for (const Index body : {pair.first, pair.second}) {
     check_id("body", body, data.tissue->bodies().size());

@@ -34,10 +34,6 @@ void check_half_space(const HalfSpace& half_space);
 /// @throws InvalidArgument  unless friction is finite and not negative
 void check_surface(const ToolSurface& surface);
 
-/// @throws BackendUnavailable  if the solver is on a device
-/// @throws InvalidArgument     if it takes explicit steps
-void check_meets_surfaces(const SolverData& data);
-
 /// @throws InvalidArgument     naming the body that there is not, or the thickness or friction out
 /// of
 ///                             range, or if the solver takes explicit steps or BDF2

@@ -48,9 +48,6 @@ void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
 }
 
 void check_remembered(const SolverData& data, const ToolState& tool) {
-  if (tool.has_surface()) {
-    check_meets_surfaces(data);
-  }
   for (const RememberedContact& contact : tool.remembered) {
     for (int k = 0; k < contact.feature.count(); ++k) {
       check_id("place", contact.feature.places[k], data.particles.size());

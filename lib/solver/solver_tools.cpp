@@ -36,10 +36,7 @@ ToolId Solver::add_half_space(const HalfSpace& half_space, float friction, const
 }
 
 ToolId Solver::add(ToolState tool) {
-  if (tool.has_surface()) {
-    check_meets_surfaces(*data_);
-  }
-  if (tool.surface.features == ContactFeatures::all) {
+  if (tool.meets_triangles()) {
     data_->surface.begin(tissue());
   }
   data_->finish_running_step();

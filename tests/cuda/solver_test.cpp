@@ -83,13 +83,17 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
   Solver device(scene, options);
   REQUIRE(device.plan().name == serial.plan().name);
 
-  const EventfulProgram program(scene, 1);
+  const ToolSurface surface =
+      GENERATE(ToolSurface{}, ToolSurface{ContactFeatures::all, 0.2F}, ToolSurface{{}, 0.2F});
+  const EventfulProgram program(scene, 1, surface);
   program.begin(serial);
   program.begin(device);
   Index contacts = 0;
   Index dropped = 0;
   for (int round = 0; round < 100; ++round) {
-    INFO(device.backend_name() << ": " << serial.plan().name << ", round " << round);
+    INFO(device.backend_name() << ": " << serial.plan().name << ", features "
+                               << static_cast<int>(surface.features) << ", friction "
+                               << surface.friction << ", round " << round);
     program.act(serial, round);
     program.act(device, round);
     if (round >= 40) {
@@ -114,6 +118,7 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
     }
     for (Index tool = 0; tool < 2; ++tool) {
       REQUIRE(device.tool_force(ToolId(tool)) == serial.tool_force(ToolId(tool)));
+      REQUIRE(device.tool_torque(ToolId(tool)) == serial.tool_torque(ToolId(tool)));
     }
     if (round % 7 == 0) {
       REQUIRE(device.state_hash() == serial.state_hash());

@@ -21,11 +21,14 @@ struct StrictPair {
         device(scene, with(options, cuda::device(), strategy)) {}
 
   static SolverOptions with(SolverOptions options, Executor executor, DeviceStrategy strategy) {
-    options = small_steps(options);
+    if (options.method != SolverMethod::explicit_steps) {  // which choose by themselves
+      options = small_steps(options);
+    }
     options.executor = std::move(executor);
     options.device_strategy = strategy;
     options.math = MathMode::strict;
-    if (options.composition == PlanComposition::automatic) {
+    if (options.method != SolverMethod::explicit_steps &&
+        options.composition == PlanComposition::automatic) {
       options.composition = PlanComposition::separate;
     }
     return options;

@@ -99,7 +99,8 @@ SolverOptions any_options() {
                   SolverOptions{.method = SolverMethod::vertex_block,
                                 .substeps = 2,
                                 .iterations = 4,
-                                .integration = TimeIntegration::bdf2});
+                                .integration = TimeIntegration::bdf2},
+                  SolverOptions{.method = SolverMethod::explicit_steps});
 }
 
 }  // namespace

@@ -214,6 +214,7 @@ TEST_CASE("explicit steps: what falls is on its parabola whatever the steps are"
 // another substep for its multipliers.
 TEST_CASE("explicit steps: a grasp and a tool feel the weight that they carry", "[validation]") {
   const float compliance = GENERATE(0.0F, 1e-3F);
+  const auto features = GENERATE(ContactFeatures::vertices, ContactFeatures::all);
   const double edge = 5e-3;
   Scene scene;
   scene.add_body("block", testing::make_box({2, 2, 2}, edge), neo_hookean(5e3F, 0.4F));
@@ -222,7 +223,7 @@ TEST_CASE("explicit steps: a grasp and a tool feel the weight that they carry", 
   Solver solver(scene, explicit_options(60));
   const ToolId holder = solver.add_tool({}, ToolPose::Identity());
   const ToolId floor = solver.add_tool(std::vector<Capsule>{{{0.1F, 0, 0}, {0.1F, 0, 0}, 0.01F}},
-                                       ToolPose::Identity());
+                                       ToolPose::Identity(), {features, 0});
   std::vector<Index> top = vertices_above(scene, 1.99 * edge);
   std::erase(top, block);
   solver.grasp(holder, top, compliance);

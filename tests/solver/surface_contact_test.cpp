@@ -102,6 +102,29 @@ TEST_CASE("surface contact: a thin tool feels tissue wherever it meets it", "[va
   CHECK((sum - force).norm() < 0.1F * force.norm());
 }
 
+// Would catch explicit steps that leave out edges and triangles, or count a force twice.
+TEST_CASE("surface contact: explicit steps come to the same force", "[validation]") {
+  constexpr float kEdge = 3e-3F, kRadius = 1e-3F;
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, kRadius};
+  const Eigen::Vector3f touch(3.6F * kEdge, 3.3F * kEdge, 3 * kEdge + kRadius);
+  const auto force_by = [&](const SolverOptions& options) {
+    Solver solver(make_block({6, 6, 3}, kEdge), options);
+    const ToolId tool = solver.add_tool({&ball, 1}, at(touch), kAll);
+    press(solver, tool, touch, 1e-3F);
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    constexpr int kSteps = 40;  // it trembles
+    for (int i = 0; i < kSteps; ++i) {
+      solver.step(kStep);
+      sum += solver.tool_force(tool);
+    }
+    return Eigen::Vector3f(sum / kSteps);
+  };
+  const Eigen::Vector3f expected = force_by({.method = SolverMethod::vertex_block});
+  const Eigen::Vector3f found =
+      force_by({.method = SolverMethod::explicit_steps, .damping = 20});
+  CHECK((found - expected).norm() < 0.05F * expected.norm());
+}
+
 // Would catch weights or normals that make a tool slide off, or a torque with the wrong lever.
 TEST_CASE("surface contact: a bar that lies flat feels a force in its middle", "[validation]") {
   const SolverMethod method = any_method();

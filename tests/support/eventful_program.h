@@ -59,7 +59,9 @@ inline Scene make_eventful_scene(ProjectionMode mode, float damping,
 /// seed and the state.
 class EventfulProgram {
  public:
-  EventfulProgram(const Scene& scene, std::uint64_t seed) : seed_(seed) {
+  /// @param surface  of its tools
+  EventfulProgram(const Scene& scene, std::uint64_t seed, const ToolSurface& surface = {})
+      : seed_(seed), surface_(surface) {
     for (const Eigen::Vector3d& x : scene.positions()) {
       rest_.push_back(x.cast<float>());
       speeds_.push_back(0.01F * x.cast<float>().normalized());
@@ -69,8 +71,8 @@ class EventfulProgram {
 
   /// Before the first round.
   void begin(Solver& solver) const {
-    solver.add_tool({&capsule_, 1}, pose_);
-    solver.add_tool({&capsule_, 1}, ToolPose::Identity());  // pushes, too, once it holds nothing
+    solver.add_tool({&capsule_, 1}, pose_, surface_);
+    solver.add_tool({&capsule_, 1}, ToolPose::Identity(), surface_);  // pushes, too, once it holds nothing
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
 
@@ -123,7 +125,7 @@ class EventfulProgram {
         resize(solver, round);
         solver.tissue().apply({.remove_tets = some_tets(solver, round, 5)});
         pose.translation().z() += 5e-3F;
-        solver.add_tool({&capsule_, 1}, pose);
+        solver.add_tool({&capsule_, 1}, pose, surface_);
         break;
       case 11:
         undo_removal(solver, round, false);
@@ -387,6 +389,7 @@ class EventfulProgram {
   }
 
   std::uint64_t seed_;
+  ToolSurface surface_;
   std::vector<Eigen::Vector3f> rest_, speeds_;
   Capsule capsule_{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose_ = ToolPose::Identity();

@@ -61,6 +61,7 @@ void spoil(SolverData& data) {
     std::ranges::fill(copy.watched_positions, Eigen::Vector3f::Constant(kNan));
     for (ToolState& tool : copy.tools) {
       tool.force.setConstant(kNan);
+      tool.torque.setConstant(kNan);
     }
   }
 }
@@ -132,6 +133,7 @@ void FakeDevice::start_step(SolverData& data) {
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
+      own_.copy(i).tools[t].remembered = data.copy(i).tools[t].remembered;
     }
   }
   own_.part = data.part;
@@ -158,8 +160,13 @@ StepReport FakeDevice::finish_step(SolverState& data) {
   for (Index i = 0; i < data.copy_count(); ++i) {
     CopyState& copy = data.copy(i);
     for (std::size_t t = 0; t < copy.tools.size(); ++t) {
-      copy.tools[t].pose = own_.copy(i).tools[t].pose;
-      copy.tools[t].force = own_.copy(i).tools[t].force;
+      ToolState& tool = copy.tools[t];
+      const ToolState& own = own_.copy(i).tools[t];
+      tool.pose = own.pose;
+      tool.force = own.force;
+      tool.torque = own.torque;
+      tool.surface_contacts = own.surface_contacts;
+      tool.remembered = own.remembered;
     }
     copy.last_report = own_.copy(i).last_report;
     read_positions(data, i, watched_, copy.watched_positions);

@@ -323,20 +323,16 @@ class PBDSURG_API Solver {
   /// through a face. The first tool that meets edges and triangles has the surfaces of all bodies
   /// found, in O(T log T) of their tetrahedra.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
-  /// @throws InvalidArgument     naming the capsule that is not finite or whose radius is not
-  ///                             positive, or a pose that is not a rotation and a translation, or
-  ///                             friction out of range; for a surface of other than the default in
-  ///                             explicit steps
-  /// @throws BackendUnavailable  for such a surface on a device
+  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive,
+  ///                          or a pose that is not a rotation and a translation, or friction out of
+  ///                          range
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
                   const ToolSurface& surface = {});
 
   /// Adds what no vertex goes below: a tool in all else.
   /// @param half_space  in the tool's frame
   /// @param friction    as in ToolSurface
-  /// @throws InvalidArgument     naming what of the half space is not finite or no unit, or as
-  ///                             above
-  /// @throws BackendUnavailable  on a device
+  /// @throws InvalidArgument  naming what of the half space is not finite or no unit, or as above
   ToolId add_half_space(const HalfSpace& half_space, float friction = 0,
                         const ToolPose& pose = ToolPose::Identity());
 

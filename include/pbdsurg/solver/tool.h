@@ -34,8 +34,7 @@ enum class ContactFeatures : std::uint8_t {
   all,       ///< vertices, and edges and triangles of surfaces between them
 };
 
-/// How a tool's surface meets tissue. By default it is smooth, and only vertices meet it. Explicit
-/// steps take nothing else.
+/// How a tool's surface meets tissue. By default it is smooth, and only vertices meet it.
 struct ToolSurface {
   ContactFeatures features = ContactFeatures::vertices;  ///< what it pushes
   float friction = 0;  ///< Coulomb's coefficient, >= 0, at rest and sliding

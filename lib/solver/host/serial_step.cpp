@@ -99,6 +99,7 @@ class SerialStep {
         break;
       case StepOperation::push:
         push_vertices(step_, vertex_state(step_, numbers_.lengths, 1));
+        push_out_of_surfaces(step_);
         break;
       case StepOperation::settle_holds:
         if (has_holds_to_settle(step_)) {

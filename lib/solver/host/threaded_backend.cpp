@@ -392,6 +392,13 @@ class ThreadedBackend final : public Backend {
       case StepOperation::push:
         meet(turn);
         push_vertices(vertex_state(step, lengths, 1), turn);
+        if (meets_surfaces(step)) {
+          meet(turn);
+          if (thread == 0) {
+            push_out_of_surfaces(step);
+          }
+          meet(turn);
+        }
         break;
       case StepOperation::settle_holds:  // few: all have met since the sweeps
         if (has_holds_to_settle(step) || meets_surfaces(step) || has_touches(step)) {

@@ -40,12 +40,12 @@ class FeatureSearch {
         consider(place, swept);
       }
     }
-    if (tool_.surface.features == ContactFeatures::all) {
+    if (tool_.meets_triangles()) {
       step_.data.surface.for_each_triangle([&](const auto& triangle) { consider_all(triangle); });
     }
-    // of equal ones, which a half space and a capsule may have, the first
+    // equal ones are the same: edges that four triangles share, triangles with two sides
     std::vector<SurfaceContact>& found = tool_.surface_contacts;
-    std::ranges::stable_sort(found, {}, &SurfaceContact::feature);
+    std::ranges::sort(found, {}, &SurfaceContact::feature);
     const auto same = [](const SurfaceContact& a, const SurfaceContact& b) {
       return a.feature == b.feature;
     };
@@ -82,7 +82,8 @@ class FeatureSearch {
     SurfaceContact contact = contact_of(
         corners, met, [&](Index place) { return vertices_.base(place); },
         [&](Index place) { return own_start(place); });
-    if (known != nullptr && moves_vertices(step_.data.options)) {
+    if (known != nullptr && moves_vertices(step_.data.options) &&
+        !is_explicit(step_.data.options)) {
       recall(*known, inverse_dt_squared_, contact);
     }
     tool_.surface_contacts.push_back(contact);

@@ -27,7 +27,7 @@ void move(const StepContext& step, const MovingVertices& vertices, const Surface
       continue;
     }
     store(p, after);
-    if (vertices.points != nullptr) {
+    if (vertices.points != nullptr && !is_explicit(step.data.options)) {  // whose points start
       FixedPoint& point = step.scratch.fixed_points[place];
       point = moved_point(point, before, after);
     }
@@ -118,6 +118,14 @@ void answer_surface_contacts(const StepContext& step, const Substep<float>& leng
                        lengths.inverse_dt_squared, contact.stiffness)
                     .force,
                 square);
+    }
+  }
+}
+
+void push_out_of_surfaces(const StepContext& step) {
+  for (int pass = 0; pass < kPushPasses; ++pass) {
+    for (Index tool = 0; tool < static_cast<Index>(step.copy.tools.size()); ++tool) {
+      project_surface_contacts(step, tool);
     }
   }
 }

@@ -46,6 +46,12 @@ void project_surface_contacts(const StepContext& step, Index tool);
 /// touched_pieces.h, and takes over their forces.
 void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths);
 
+/// Of explicit steps, how often contacts are gone through after vertices have been pushed.
+inline constexpr int kPushPasses = 4;
+
+/// Of explicit steps: all contacts, once vertices have been pushed.
+void push_out_of_surfaces(const StepContext& step);
+
 /// After all sweeps of vertex blocks: moves what is still inside of tools out of them.
 void settle_surface_contacts(const StepContext& step);
 

@@ -52,7 +52,12 @@ struct ToolState {
 
   /// Whether it meets surfaces, else vertices alone, without friction.
   [[nodiscard]] bool has_surface() const noexcept {
-    return surface.features == ContactFeatures::all || surface.friction > 0 || !half_spaces.empty();
+    return !half_spaces.empty() ||
+           (!capsules.empty() && (meets_triangles() || surface.friction > 0));
+  }
+  /// Whether it meets edges and triangles.
+  [[nodiscard]] bool meets_triangles() const noexcept {
+    return !capsules.empty() && surface.features == ContactFeatures::all;
   }
 };
 
