@@ -71,7 +71,7 @@ struct ExplicitSubsteps {
 enum class ClusterTissue : std::uint8_t {
   springs,  ///< distances, volumes, strain limits
   solids,   ///< Neo-Hookean tetrahedra, hinges
-  sheets,   ///< triangles
+  all,      ///< triangles, fibres
 };
 
 /// Which of the kernels that sweep by a cluster.

@@ -12,18 +12,19 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "bench/sheets/cases.h"
+#include "tests/cuda/strict_pair.h"
 #include "tests/support/catch.h"
 #include "tests/support/device_strategies.h"
 #include "tests/support/meshes.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/sheet_program.h"
-#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::SheetMesh;
 using testing::SheetProgram;
+using testing::StrictPair;
 
 constexpr float kStep = SheetProgram::kStep;
 
@@ -31,45 +32,6 @@ constexpr float kStep = SheetProgram::kStep;
 float link_compliance(DeviceStrategy strategy) {
   return strategy == DeviceStrategy::cooperative ? 2e-2F : 1e-3F;  // m/N
 }
-
-/// A solver on a device and one that is serial, to which the same is done.
-struct Pair {
-  Pair(const Scene& scene, SolverOptions options, DeviceStrategy strategy)
-      : serial(scene, with(options, executor::serial(), DeviceStrategy::automatic)),
-        device(scene, with(options, cuda::device(), strategy)) {}
-
-  static SolverOptions with(SolverOptions options, Executor executor, DeviceStrategy strategy) {
-    options = testing::small_steps(options);
-    options.executor = std::move(executor);
-    options.device_strategy = strategy;
-    options.math = MathMode::strict;
-    if (options.composition == PlanComposition::automatic) {
-      options.composition = PlanComposition::separate;
-    }
-    return options;
-  }
-
-  template <class Act>
-  void both(const Act& act) {
-    act(serial);
-    act(device);
-  }
-
-  void step_and_compare() {
-    INFO(device.backend_name());
-    const StepReport expected = serial.step(kStep);
-    const StepReport report = device.step(kStep);
-    REQUIRE_FALSE(report.stalled);
-    REQUIRE(report.non_finite_vertices == expected.non_finite_vertices);
-    REQUIRE(report.contacts == expected.contacts);
-    for (Index copy = 0; copy < serial.options().copies; ++copy) {
-      INFO("copy " << copy);
-      REQUIRE(device.state_hash(copy) == serial.state_hash(copy));
-    }
-  }
-
-  Solver serial, device;
-};
 
 }  // namespace
 
@@ -87,13 +49,13 @@ TEST_CASE("cuda sheets: strict has the serial bits by each strategy, through all
   if (!testing::suits(strategy, method)) {
     return;
   }
-  Pair pair(testing::make_sheet_scene(damping, link_compliance(strategy)),
-            {.method = method,
-             .substeps = 2,
-             .iterations = 3,
-             .copies = copies,
-             .spare = {spare, spare, spare, spare}},
-            strategy);
+  StrictPair pair(testing::make_sheet_scene(damping, link_compliance(strategy)),
+                  {.method = method,
+                   .substeps = 2,
+                   .iterations = 3,
+                   .copies = copies,
+                   .spare = {spare, spare, spare, spare}},
+                  strategy);
   pair.both([](Solver& solver) { SheetProgram::begin(solver); });
   std::vector<Eigen::Vector3f> velocities;
   for (const Eigen::Vector3f& x : pair.serial.positions()) {
@@ -104,7 +66,7 @@ TEST_CASE("cuda sheets: strict has the serial bits by each strategy, through all
     INFO("damping " << damping << ", copies " << copies << ", spare " << spare << ", round "
                     << round);
     pair.both([&](Solver& solver) { SheetProgram::act(solver, round); });
-    pair.step_and_compare();
+    pair.step_and_compare(kStep);
     for (const Index tool : {0, 1}) {
       REQUIRE(pair.device.tool_force(ToolId{tool}) == pair.serial.tool_force(ToolId{tool}));
     }
@@ -119,13 +81,13 @@ TEST_CASE("cuda sheets: each composition of a plan has the serial bits of a shee
   SolverOptions options{.iterations = 2, .composition = composition};
   options.coloring.max_colors = max_colors;
   options.coloring.repair = max_colors == 0;
-  Pair pair(testing::make_sheet_scene(GENERATE(0.0F, 1e-3F)), options, DeviceStrategy::graph);
+  StrictPair pair(testing::make_sheet_scene(GENERATE(0.0F, 1e-3F)), options, DeviceStrategy::graph);
   pair.both([](Solver& solver) { SheetProgram::begin(solver); });
   for (Index round = 0; round < 20; ++round) {
     INFO("composition " << static_cast<int>(composition) << ", at most " << max_colors
                         << " colors, round " << round);
     pair.both([&](Solver& solver) { SheetProgram::act(solver, round); });
-    pair.step_and_compare();
+    pair.step_and_compare(kStep);
   }
 }
 
@@ -133,18 +95,18 @@ TEST_CASE("cuda sheets: each composition of a plan has the serial bits of a shee
 TEST_CASE("cuda sheets: BDF2 and a coarse correction have the serial bits of a sheet", "[device]") {
   const auto strategy = GENERATE(DeviceStrategy::graph, DeviceStrategy::cooperative);
   const auto integration = GENERATE(TimeIntegration::implicit_euler, TimeIntegration::bdf2);
-  Pair pair(testing::make_sheet_scene(GENERATE(0.0F, 1e-3F), link_compliance(strategy)),
-            {.method = SolverMethod::vertex_block,
-             .substeps = 2,
-             .iterations = 3,
-             .coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on),
-             .integration = integration},
-            strategy);
+  StrictPair pair(testing::make_sheet_scene(GENERATE(0.0F, 1e-3F), link_compliance(strategy)),
+                  {.method = SolverMethod::vertex_block,
+                   .substeps = 2,
+                   .iterations = 3,
+                   .coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on),
+                   .integration = integration},
+                  strategy);
   pair.both([](Solver& solver) { SheetProgram::begin(solver); });
   for (Index round = 0; round < 20; ++round) {
     INFO("round " << round);
     pair.both([&](Solver& solver) { SheetProgram::act(solver, round); });
-    pair.step_and_compare();
+    pair.step_and_compare(kStep);
   }
 }
 
@@ -152,13 +114,13 @@ TEST_CASE("cuda sheets: BDF2 and a coarse correction have the serial bits of a s
 // substep: no tool touches anything here.
 TEST_CASE("cuda sheets: steps that one kernel takes have the serial bits of a sheet", "[device]") {
   const Index substeps = GENERATE(1, 2, 5);
-  Pair pair(testing::make_sheet_scene(0, link_compliance(DeviceStrategy::cooperative)),
-            {.method = SolverMethod::vertex_block,
-             .substeps = substeps,
-             .iterations = GENERATE(1, 3),
-             .coarse_correction = CoarseCorrection::off,
-             .copies = 2},
-            DeviceStrategy::cooperative);
+  StrictPair pair(testing::make_sheet_scene(0, link_compliance(DeviceStrategy::cooperative)),
+                  {.method = SolverMethod::vertex_block,
+                   .substeps = substeps,
+                   .iterations = GENERATE(1, 3),
+                   .coarse_correction = CoarseCorrection::off,
+                   .copies = 2},
+                  DeviceStrategy::cooperative);
   for (Index round = 0; round < 40; ++round) {
     INFO("substeps " << substeps << ", round " << round);
     pair.both([&](Solver& solver) {
@@ -170,7 +132,7 @@ TEST_CASE("cuda sheets: steps that one kernel takes have the serial bits of a sh
         solver.tissue().undo();
       }
     });
-    pair.step_and_compare();
+    pair.step_and_compare(kStep);
   }
 }
 
@@ -190,7 +152,7 @@ TEST_CASE("cuda sheets: the first sheet of a scene comes by an edit, goes by und
                  has_solid ? Material{.model = ElasticModel::neo_hookean}
                            : elastic_material(testing::make_box({8, 6, 4}, 4e-3, 0.1), 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 2e-3; });
-  Pair pair(scene, {.method = method, .substeps = 3, .iterations = 2, .copies = 2}, strategy);
+  StrictPair pair(scene, {.method = method, .substeps = 3, .iterations = 2, .copies = 2}, strategy);
   if (is_held) {
     pair.both([](Solver& solver) {
       solver.grasp(solver.add_tool({}, ToolPose::Identity()), std::array<Index, 2>{100, 130},
@@ -202,7 +164,7 @@ TEST_CASE("cuda sheets: the first sheet of a scene comes by an edit, goes by und
   with_sheet.new_bodies.add_sheet("disc", mesh.positions, mesh.triangles);
   const auto step_some = [&] {
     for (int i = 0; i < 3; ++i) {
-      pair.step_and_compare();
+      pair.step_and_compare(kStep);
     }
   };
   step_some();
@@ -233,7 +195,7 @@ TEST_CASE("cuda sheets: a sheet that is let go has the serial bits", "[device]")
                  {.model = ElasticModel::neo_hookean});
   const Index sheet = scene.add_sheet("sheet", mesh.positions, mesh.triangles);
   scene.fix_where(sheet, [](const Eigen::Vector3d&) { return true; });
-  Pair pair(scene, {.method = method, .substeps = 2, .iterations = 2}, strategy);
+  StrictPair pair(scene, {.method = method, .substeps = 2, .iterations = 2}, strategy);
   TopologyEdit let_go;
   for (Index v = 0; v < static_cast<Index>(mesh.positions.size()); ++v) {
     if (v % 6 > 0) {  // held at one side still
@@ -242,7 +204,7 @@ TEST_CASE("cuda sheets: a sheet that is let go has the serial bits", "[device]")
   }
   const auto step_some = [&] {
     for (int i = 0; i < 3; ++i) {
-      pair.step_and_compare();
+      pair.step_and_compare(kStep);
     }
   };
   step_some();
@@ -261,9 +223,9 @@ TEST_CASE("cuda sheets: a sheet that is let go has the serial bits", "[device]")
 // Would catch triangles or their numbers that a compaction mixes up on a device.
 TEST_CASE("cuda sheets: a compaction of a ripped sheet has the serial bits", "[device]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Pair pair(testing::make_sheet_scene(1e-3F),
-            {.method = method, .substeps = 2, .iterations = 2, .copies = 2},
-            DeviceStrategy::automatic);
+  StrictPair pair(testing::make_sheet_scene(1e-3F),
+                  {.method = method, .substeps = 2, .iterations = 2, .copies = 2},
+                  DeviceStrategy::automatic);
   pair.both([](Solver& solver) { SheetProgram::begin(solver); });
   for (Index round = 0; round < 24; ++round) {
     INFO("round " << round);
@@ -276,20 +238,20 @@ TEST_CASE("cuda sheets: a compaction of a ripped sheet has the serial bits", "[d
         SheetProgram::act(solver, round);
       }
     });
-    pair.step_and_compare();
+    pair.step_and_compare(kStep);
   }
 }
 
 // Would catch rows that lead to what is lost and take a sheet along.
 TEST_CASE("cuda sheets: beside a lost vertex a sheet has the serial bits", "[device]") {
   const auto strategy = GENERATE(DeviceStrategy::graph, DeviceStrategy::cooperative);
-  Pair pair(testing::make_sheet_scene(GENERATE(0.0F, 1e-3F), link_compliance(strategy)),
-            {.method = SolverMethod::vertex_block, .substeps = 2, .iterations = 2}, strategy);
+  StrictPair pair(testing::make_sheet_scene(GENERATE(0.0F, 1e-3F), link_compliance(strategy)),
+                  {.method = SolverMethod::vertex_block, .substeps = 2, .iterations = 2}, strategy);
   std::vector<Eigen::Vector3f> positions = pair.serial.positions();
   positions[40].setConstant(1e18F);
   pair.both([&](Solver& solver) { solver.write_positions(positions); });
   for (int i = 0; i < 4; ++i) {
-    pair.step_and_compare();
+    pair.step_and_compare(kStep);
   }
   CHECK(pair.serial.positions()[41].norm() < 1);
 }

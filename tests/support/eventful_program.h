@@ -55,6 +55,13 @@ inline Scene make_eventful_scene(ProjectionMode mode, float damping,
   return scene;
 }
 
+/// Gives the Neo-Hookean body of such a scene fibres.
+inline void give_solid_fibres(Scene& scene) {
+  constexpr Index kSolid = 2;
+  const auto count = static_cast<std::size_t>(scene.body(kSolid).tet_count);
+  scene.set_fibres(kSolid, std::vector<Fibre>(count, {{0.6F, 0, 0.8F}, 30e3F}));
+}
+
 /// What a program does, on two solvers alike: writes, edits, grasps, moves. Choices follow from the
 /// seed and the state.
 class EventfulProgram {
