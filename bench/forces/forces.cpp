@@ -59,7 +59,7 @@ struct Case {
   const char* name;
   const char* unit;
   std::function<Outcome(SolverOptions)> run;
-  bool has_lumen = false;  // which takes sweeps, on a host
+  bool has_lumen = false;  // which takes sweeps, on a device projections
 };
 
 std::vector<Index> vertices_where(const Scene& scene,
@@ -369,9 +369,10 @@ void run(const Arguments& arguments) {
         }
         SolverOptions options = method.options;
         options.executor = programs::executor_named(executor);
-        const bool has_sets = options.executor.kind() != ExecutorKind::device &&
-                              options.method != SolverMethod::explicit_steps;
-        if (each.has_lumen && !has_sets) {
+        const bool is_device = options.executor.kind() == ExecutorKind::device;
+        const bool takes_lumens = is_device ? options.method == SolverMethod::projection
+                                            : options.method != SolverMethod::explicit_steps;
+        if (each.has_lumen && !takes_lumens) {
           continue;
         }
         const Outcome outcome = each.run(options);

@@ -36,6 +36,8 @@ struct SweepArrays {
   FreePieceArrays free_pieces{};
   CoarseArrays coarse{};
   std::uint64_t stages_revision = 0;  ///< changes with the stages
+  std::span<const FillingArrays> fillings{};
+  std::uint64_t fillings_revision = 0;  ///< changes with these
 
   [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
   /// Of each substep, after its first sweep.
@@ -50,7 +52,7 @@ struct SweepArrays {
            has_attachments == other.has_attachments && vertices == other.vertices &&
            sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links &&
            free_pieces == other.free_pieces && coarse == other.coarse &&
-           stages_revision == other.stages_revision;
+           stages_revision == other.stages_revision && fillings_revision == other.fillings_revision;
   }
 };
 
