@@ -3,19 +3,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <vector>
+
+#include "pbdsurg/base/error.h"
 
 #include "lib/device/filling_lists.h"
 #include "lib/device/filling_sweep.h"
 #include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "tests/support/catch.h"
+#include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/lumen_cases.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
+using pbdsurg::testing::ContainsSubstring;
 using pbdsurg::testing::inspect;
 using pbdsurg::testing::LumenSolver;
 
@@ -177,6 +183,17 @@ TEST_CASE("cuda fillings: a lost vertex or a wall that is gone leaves the rest i
   CHECK(same_bits(moving, before));
   CHECK(std::isfinite(room.result.amount));
   CHECK((room.result.amount > 0) == is_lost);
+}
+
+// Would catch a device that takes a lumen in silence, and steps without it.
+TEST_CASE("cuda fillings: a device that projects none refuses a lumen", "[unit]") {
+  Solver solver(pbdsurg::testing::ball_scene(),
+                pbdsurg::testing::small_steps({.executor = pbdsurg::testing::fake_device()}));
+  const auto lumen =
+      std::make_shared<Lumen>(solver.tissue(), find_cavities(solver.tissue(), 0).at(0));
+  CHECK_THROWS_AS(solver.add_constraints(lumen), BackendUnavailable);
+  CHECK_THROWS_WITH(solver.add_constraints(lumen),
+                    ContainsSubstring("'lumen' needs a CPU, or projections in compliance mode"));
 }
 
 }  // namespace pbdsurg::cuda
