@@ -59,8 +59,7 @@ struct Case {
   const char* name;
   const char* unit;
   std::function<Outcome(SolverOptions)> run;
-  bool has_lumen = false;   // which takes sweeps, on a host
-  bool has_fibres = false;  // which no device steps
+  bool has_lumen = false;  // which takes sweeps, on a device projections
 };
 
 std::vector<Index> vertices_where(const Scene& scene,
@@ -343,14 +342,12 @@ void run(const Arguments& arguments) {
       {"strip pulled along its fibres, by the closed form", "%",
        [](const SolverOptions& options) {
          return pull_strip(options, Eigen::Vector3f::UnitX(), 20e3);
-       },
-       false, true},
+       }},
       {"strip pulled across its fibres, by the closed form", "%",
        [](const SolverOptions& options) {
          return pull_strip(options, Eigen::Vector3f::UnitY(), 0);
-       },
-       false, true},
-      {"bar of oblique fibres that sags", "mm", hang_bar, false, true},
+       }},
+      {"bar of oblique fibres that sags", "mm", hang_bar},
       {"air in a hollow ball that is squeezed, by p V", "ml", squeeze_ball, true},
       {"time of a step with a lumen of gas", "ms",
        [&](const SolverOptions& options) { return time_lumen(options, arguments.quick); }, true}};
@@ -372,9 +369,10 @@ void run(const Arguments& arguments) {
         }
         SolverOptions options = method.options;
         options.executor = programs::executor_named(executor);
-        const bool has_processors = options.executor.kind() != ExecutorKind::device;
-        const bool has_sets = has_processors && options.method != SolverMethod::explicit_steps;
-        if ((each.has_lumen && !has_sets) || (each.has_fibres && !has_processors)) {
+        const bool is_device = options.executor.kind() == ExecutorKind::device;
+        const bool takes_lumens = is_device ? options.method == SolverMethod::projection
+                                            : options.method != SolverMethod::explicit_steps;
+        if (each.has_lumen && !takes_lumens) {
           continue;
         }
         const Outcome outcome = each.run(options);

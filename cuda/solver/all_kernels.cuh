@@ -8,6 +8,7 @@
 #include "cuda/solver/coarse_kernels.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
 #include "cuda/solver/explicit_kernels.cuh"
+#include "cuda/solver/filling_kernels.cuh"
 #include "cuda/solver/momentum_kernels.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
@@ -34,6 +35,7 @@ constexpr StepKernels all_kernels() {
           &project,
           &project_attachments,
           &project_contacts,
+          &project_filling,
           &prepare_vertices,
           &find_loose_ends,
           &begin_joints,

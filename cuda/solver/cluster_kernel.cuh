@@ -12,6 +12,7 @@
 
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/fibre.h"
 #include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -35,8 +36,7 @@ constexpr int kProjectBarrier = 2;  // of those that project
 
 static_assert(
     std::size(kClusterShapes) == 8,
-    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone, and "
-    "fibres, which no device steps");
+    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {
@@ -86,6 +86,8 @@ constexpr std::uint32_t kWordsOf = Constraint::kParameterCount > 3
 
 static_assert(kWordsOf<MembraneConstraint, false> == shape_of(PhaseKind::membrane)->words(false) &&
               kWordsOf<MembraneConstraint, true> == shape_of(PhaseKind::membrane)->words(true));
+static_assert(kWordsOf<FibreConstraint, false> == shape_of(PhaseKind::fibre)->words(false) &&
+              kWordsOf<FibreConstraint, true> == shape_of(PhaseKind::fibre)->words(true));
 
 /// The parameters of a constraint: two are in its head, the others in further words.
 template <class Constraint, bool kDamped>
@@ -424,8 +426,10 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
             project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
           } else if (kind == PhaseKind::bending) {
             project_round<BendingConstraint, kMode, kDamped>(memory, work, substep, load_next);
-          } else if (kTissue == ClusterTissue::sheets && kind == PhaseKind::membrane) {
+          } else if (kTissue == ClusterTissue::all && kind == PhaseKind::membrane) {
             project_round<MembraneConstraint, kMode, kDamped>(memory, work, substep, load_next);
+          } else if (kTissue == ClusterTissue::all && kind == PhaseKind::fibre) {
+            project_round<FibreConstraint, kMode, kDamped>(memory, work, substep, load_next);
           } else {
             limit_strain();
           }

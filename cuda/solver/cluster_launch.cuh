@@ -17,8 +17,8 @@ template <int kThreads, bool kDamped>
 ClusterKernel choose_cluster_kernel(ClusterTissue tissue) {
   constexpr auto kMode = ProjectionMode::compliance;
   switch (tissue) {
-    case ClusterTissue::sheets:
-      return sweep_by_cluster<kMode, kDamped, ClusterTissue::sheets, kThreads>;
+    case ClusterTissue::all:
+      return sweep_by_cluster<kMode, kDamped, ClusterTissue::all, kThreads>;
     case ClusterTissue::solids:
       return sweep_by_cluster<kMode, kDamped, ClusterTissue::solids, kThreads>;
     case ClusterTissue::springs:

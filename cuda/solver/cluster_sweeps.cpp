@@ -62,9 +62,10 @@ bool has_spare_records(const StageRecords& records) {
 // Who projects a kind.
 template <class Constraint>
 constexpr ClusterTissue tissue_of() {
-  return KindOf<Constraint>::kElement == Element::triangle ? ClusterTissue::sheets
-         : KindOf<Constraint>::kHasFraction                ? ClusterTissue::springs
-                                                           : ClusterTissue::solids;
+  constexpr PhaseKind kPhase = KindOf<Constraint>::kPhase;
+  return kPhase == PhaseKind::membrane || kPhase == PhaseKind::fibre ? ClusterTissue::all
+         : KindOf<Constraint>::kHasFraction                          ? ClusterTissue::springs
+                                                                     : ClusterTissue::solids;
 }
 
 class ClusterSweeps final : public Sweeps {

@@ -262,10 +262,10 @@ struct UsualRows {
 };
 
 /// What a thread adds of its vertex, once the ways to all neighbours are known.
-/// @tparam kSheets  see load_ranges()
+/// @tparam kRare  see load_ranges()
 /// @param index   of the block of vertices
 /// @param thread  of that
-template <int kParts, bool kSheets, class Energy>
+template <int kParts, bool kRare, class Energy>
 __device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const TileArrays& tiles,
                                          const NextTile<kParts>& tile, const VertexRows& rows,
                                          Index index, Index thread, const Ways& ways,
@@ -298,10 +298,11 @@ __device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const T
                         ways[record.face >> 8 & 255], ways[record.face >> 16]);
     }
     if (counts.others > 0) {
-      const VertexBlock ranges = load_ranges<kSheets>(rows.blocks + index);
+      const VertexBlock ranges = load_ranges<kRare>(rows.blocks + index);
       VertexBlock others{};
       others.hinges = ranges.hinges;
       others.triangles = ranges.triangles;
+      others.fibres = ranges.fibres;
       add_rows(rows, others, access, energy, {thread % kParts, kParts});
     }
   }
@@ -425,9 +426,9 @@ void fill_mailboxes(const DeviceState& state, const Mailboxes& boxes, const Step
 
 /// All sweeps. Threads of a warp stay together.
 /// @tparam kParts  threads of a vertex, a divisor of kRowParts; as many give the serial bits
-/// @tparam kSheets  see load_ranges()
+/// @tparam kRare  see load_ranges()
 /// @param boxes    of a step; else state.fixed_points has the points
-template <int kParts, Reach kReach, bool kSheets>
+template <int kParts, Reach kReach, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     sweep_tiles(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
                 TileArrays tiles, ToolArrays tools, Mailboxes boxes, StepInput* input) {
@@ -542,7 +543,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     __syncwarp();
     const Index lane = thread / kParts;
     const WaitingLane access{points, own, lane};
-    add_tile<kParts, kSheets>(usual, tiles, tile, rows, index, thread, ways, access, energy);
+    add_tile<kParts, kRare>(usual, tiles, tile, rows, index, thread, ways, access, energy);
     if (!is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
     }
@@ -575,7 +576,7 @@ __global__ void __launch_bounds__(kBlockThreads)
       Vec3<float> move = solve(energy);
       if (__builtin_expect(!is_finite_way(move) || !is_finite_way(energy.force), 0)) {
         const VertexBlock block =
-            is_lost(own) ? VertexBlock{} : load_ranges<kSheets>(vertices.blocks + index);
+            is_lost(own) ? VertexBlock{} : load_ranges<kRare>(vertices.blocks + index);
         move = move_vertex(rows, block, access, start, energy, solve);
       }
       const Vec3<float> moved = moves ? u + move : u;
@@ -613,23 +614,23 @@ __global__ void __launch_bounds__(kBlockThreads)
   } while (!walk.is_done());
 }
 
-template <bool kSheets, int kParts>
+template <bool kRare, int kParts>
 constexpr auto* sweep_kernel(Reach reach) {
-  return reach == Reach::step           ? sweep_tiles<kParts, Reach::step, kSheets>
-         : reach == Reach::held_substep ? sweep_tiles<kParts, Reach::held_substep, kSheets>
-                                        : sweep_tiles<kParts, Reach::substep, kSheets>;
+  return reach == Reach::step           ? sweep_tiles<kParts, Reach::step, kRare>
+         : reach == Reach::held_substep ? sweep_tiles<kParts, Reach::held_substep, kRare>
+                                        : sweep_tiles<kParts, Reach::substep, kRare>;
 }
 
-template <bool kSheets>
+template <bool kRare>
 constexpr auto* sweep_kernel(Index parts, Reach reach) {
-  return parts == 16  ? sweep_kernel<kSheets, 16>(reach)
-         : parts == 8 ? sweep_kernel<kSheets, 8>(reach)
-                      : sweep_kernel<kSheets, 4>(reach);
+  return parts == 16  ? sweep_kernel<kRare, 16>(reach)
+         : parts == 8 ? sweep_kernel<kRare, 8>(reach)
+                      : sweep_kernel<kRare, 4>(reach);
 }
 
 auto* sweep_kernel(const TileArrays& tiles, Reach reach) {
-  return tiles.has_sheets ? sweep_kernel<true>(tiles.parts, reach)
-                          : sweep_kernel<false>(tiles.parts, reach);
+  return tiles.has_rare_rows ? sweep_kernel<true>(tiles.parts, reach)
+                             : sweep_kernel<false>(tiles.parts, reach);
 }
 
 std::size_t shared_bytes(const TileArrays& tiles) {

@@ -74,7 +74,8 @@ class CooperativeSweeps final : public Sweeps {
     if (!can_sweep(stages) || !layout_.follow(data.vertex_blocks, data.changes, words)) {
       return false;
     }
-    if (layout_.most_neighbors > tiles_.most_neighbors || has_sheets(data) != tiles_.has_sheets) {
+    if (layout_.most_neighbors > tiles_.most_neighbors ||
+        VertexCounts(data).has_rare_rows() != tiles_.has_rare_rows) {
       prepare(data);
       has_other_kernels_ = true;
     }
@@ -205,15 +206,11 @@ class CooperativeSweeps final : public Sweeps {
     const auto prepare_kernels =
         is_explicit_ ? kernels_.prepare_explicit_step : kernels_.prepare_sweep_of_vertices;
     tiles_.most_neighbors = layout_.most_neighbors;
-    tiles_.has_sheets = has_sheets(data);
+    tiles_.has_rare_rows = VertexCounts(data).has_rare_rows();
     block_count_ = prepare_kernels(tiles_) / data.copy_count();
     if (data.coarse_space.node_count() > 0 && kernels_.prepare_residuals(tiles_) == 0) {
       block_count_ = 0;
     }
-  }
-
-  [[nodiscard]] static bool has_sheets(const SolverData& data) {
-    return !data.vertex_blocks.arrays().triangles.empty();
   }
 
   [[nodiscard]] static bool can_sweep(std::span<const Stage> stages) {

@@ -14,6 +14,7 @@
 #include "cuda/solver/coarse_buffers.h"
 #include "cuda/solver/constraint_buffers.h"
 #include "cuda/solver/device_step.h"
+#include "cuda/solver/filling_buffers.h"
 #include "cuda/solver/state_buffers.h"
 #include "cuda/solver/step_graph.h"
 #include "cuda/solver/step_start.h"
@@ -74,19 +75,25 @@ bool can_overlap(const StepKernels& kernels) {
   return kernels.code_architecture() >= 90 && runtime >= kSince && driver >= kSince;
 }
 
-bool meets_surfaces(const SolverData& data) {
+// No cluster projects custom constraints, or knows tools that meet surfaces.
+bool suits_cluster(const SolverData& data) {
   for (Index i = 0; i < data.copy_count(); ++i) {
     if (std::ranges::any_of(data.copy(i).tools, is_meeter)) {
-      return true;
+      return false;
     }
   }
-  return false;
+  return data.custom.empty();
 }
 
 class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
-      : device_(current_device()), overlaps_(can_overlap(kernels_of(data.options))), state_(data) {
+      : device_(current_device()),
+        overlaps_(can_overlap(kernels_of(data.options))),
+        takes_fillings_(data.options.method == SolverMethod::projection &&
+                        data.options.mode == ProjectionMode::compliance &&
+                        data.options.device_strategy != DeviceStrategy::cluster),
+        state_(data) {
     const bool has_rows_to_come = moves_vertices(data.options) && data.options.spare.vertices > 0;
     shared_words_.reserve(has_rows_to_come ? kUsualWordsOfRows : kUsualWords);
     make_plan(data);
@@ -100,6 +107,7 @@ class CudaBackend final : public Backend {
 
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
   [[nodiscard]] bool keeps_state() const noexcept override { return true; }
+  [[nodiscard]] bool takes_fillings() const noexcept override { return takes_fillings_; }
 
   void start_step(SolverData& data) override {
     const CurrentDevice current(device_);
@@ -145,6 +153,7 @@ class CudaBackend final : public Backend {
       }
       report_copy(i, to_report(sums_.get()[i]), copy, report);
     }
+    fillings_.give_back();
     return report;
   }
 
@@ -211,7 +220,8 @@ class CudaBackend final : public Backend {
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
            start_.memory_bytes() + watched_places_.memory_bytes() + vertices_.memory_bytes() +
-           free_pieces_.memory_bytes() + coarse_.memory_bytes() + sweeps_->memory_bytes();
+           free_pieces_.memory_bytes() + coarse_.memory_bytes() + fillings_.memory_bytes() +
+           sweeps_->memory_bytes();
   }
 
  private:
@@ -241,8 +251,9 @@ class CudaBackend final : public Backend {
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
-    if (wanted == DeviceStrategy::cluster ||
-        (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages()))) {
+    if (suits_cluster(data) &&
+        (wanted == DeviceStrategy::cluster ||
+         (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages())))) {
       sweeps_ = make_cluster_sweeps(data);
       if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
         strategy_ = DeviceStrategy::cluster;
@@ -307,8 +318,7 @@ class CudaBackend final : public Backend {
         changes.rows_anew) {
       follow_edit(data);  // one that was broken off
     }
-    if (strategy_ == DeviceStrategy::cluster && meets_surfaces(data)) {  // which no cluster knows
-      strategy_ = DeviceStrategy::graph;
+    if (strategy_ == DeviceStrategy::cluster && !suits_cluster(data)) {
       is_planned_ = false;
     }
     if (!is_planned_) {
@@ -327,6 +337,7 @@ class CudaBackend final : public Backend {
                   changes.vertices.empty() && !std::ranges::count(changes.state, true);
     state_.take_over(data, stream_.get());
     free_pieces_.take_over(data.free_pieces, stream_.get());
+    fillings_.take_over(data, stream_.get());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
       tools_.take_over(data, state_.arrays().capacity, stream_.get());
     } else {
@@ -430,7 +441,8 @@ class CudaBackend final : public Backend {
                      has_cluster ? std::span<const Stage>() : plan_.open_stages(),
                      tools_.has_pushers(), tools_.has_attachments(), tools_.has_meeters(),
                      vertices_.arrays(), data.part.division.sweeps, has_stiff_links(data.plan),
-                     free_pieces_.arrays(), coarse_.arrays(), has_cluster ? 0 : plan_.revision()},
+                     free_pieces_.arrays(), coarse_.arrays(), has_cluster ? 0 : plan_.revision(),
+                     fillings_.arrays(), fillings_.revision()},
                     {sums_.get(), wrenches_.get(), watched_.get(), watched_places_.get()},
                     step_program(data.options, data.part.division),
                     changes_lengths};
@@ -496,6 +508,7 @@ class CudaBackend final : public Backend {
   int device_;
   DeviceStrategy strategy_ = DeviceStrategy::automatic;  // until it is chosen
   bool overlaps_;
+  bool takes_fillings_;
   std::string name_;
   Stream stream_;
   std::unique_ptr<Sweeps> sweeps_;
@@ -507,6 +520,7 @@ class CudaBackend final : public Backend {
   VertexBuffers vertices_;
   FreePieceBuffers free_pieces_;
   CoarseBuffers coarse_;
+  FillingBuffers fillings_;
   ToolBuffers tools_;
   WordBatches words_;
   PinnedBuffer<WordChange> shared_words_;  // those that a step writes first

@@ -19,7 +19,7 @@ class Enqueuer {
   void run(StepOperation operation, Index substep) {
     const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments,
                  has_meeters, vertices, sweep_count, has_stiff_links, free_pieces, coarse,
-                 stages_revision] = step_.arrays;
+                 stages_revision, fillings, fillings_revision] = step_.arrays;
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {

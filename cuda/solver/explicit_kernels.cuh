@@ -55,7 +55,8 @@ __host__ __device__ constexpr int staying_blocks(int parts) {
 /// All substeps. Threads of a warp stay together.
 /// @tparam kParts  as in sweep_tiles()
 /// @tparam kStays  whether there is a warp for each tile, which then keeps it in its registers
-template <int kParts, bool kStays>
+/// @tparam kRare   see load_ranges()
+template <int kParts, bool kStays, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts) : 1)
     push_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles, Mailboxes boxes,
                StepInput* input) {
@@ -121,7 +122,7 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
     __syncwarp();
     const WaitingLane access{points, vertex.own, thread / kParts};
     VertexForce<float> sum;
-    add_tile<kParts, false>(usual, tiles, tile, rows, index, thread, ways, access, sum);
+    add_tile<kParts, kRare>(usual, tiles, tile, rows, index, thread, ways, access, sum);
     if (!kStays && !is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
     }
@@ -129,7 +130,7 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
     if (is_lost(vertex.own)) {
       sum = {};
     } else if (__builtin_expect(!is_finite_way(sum.force), 0)) {
-      sum.force = finite_force(rows, load_ranges<false>(vertices.blocks + index), access, sum);
+      sum.force = finite_force(rows, load_ranges<kRare>(vertices.blocks + index), access, sum);
     }
     vertex.move(state, motion, place_at(corner), sum.force, inverse_dt_squared, unit);
     if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
@@ -142,26 +143,32 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts)
   } while (!walk.is_done());
 }
 
-template <int kParts>
+template <bool kRare, int kParts>
 constexpr auto* push_kernel(bool stays) {
-  return stays ? push_tiles<kParts, true> : push_tiles<kParts, false>;
+  return stays ? push_tiles<kParts, true, kRare> : push_tiles<kParts, false, kRare>;
 }
 
-auto* push_kernel(Index parts, bool stays) {
-  return parts == 16  ? push_kernel<16>(stays)
-         : parts == 8 ? push_kernel<8>(stays)
-                      : push_kernel<4>(stays);
+template <bool kRare>
+constexpr auto* push_kernel(Index parts, bool stays) {
+  return parts == 16  ? push_kernel<kRare, 16>(stays)
+         : parts == 8 ? push_kernel<kRare, 8>(stays)
+                      : push_kernel<kRare, 4>(stays);
+}
+
+auto* push_kernel(const TileArrays& tiles, bool stays) {
+  return tiles.has_rare_rows ? push_kernel<true>(tiles.parts, stays)
+                             : push_kernel<false>(tiles.parts, stays);
 }
 
 Index prepare_explicit_step(const TileArrays& tiles) {
-  return blocks_at_once(tiles, {push_kernel(tiles.parts, false), push_kernel(tiles.parts, true)});
+  return blocks_at_once(tiles, {push_kernel(tiles, false), push_kernel(tiles, true)});
 }
 
 void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
                      const VertexArrays& vertices, const TileArrays& tiles, const Mailboxes& boxes,
                      StepInput* input, const Launch& how) {
   launch_at_once(how, "launching explicit substeps", substeps.block_count, tiles,
-                 push_kernel(tiles.parts, substeps.stays), state, vertices, tiles, boxes, input);
+                 push_kernel(tiles, substeps.stays), state, vertices, tiles, boxes, input);
 }
 
 /// Where vertices are heading for: see HeadingAccess.

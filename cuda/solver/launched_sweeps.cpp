@@ -35,6 +35,9 @@ class LaunchedSweeps final : public Sweeps {
                            launch);
         }
       }
+      for (const FillingArrays& filling : arrays.fillings) {
+        kernels_.project_filling(filling, arrays.state, arrays.input, is_first, launch);
+      }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
         if (arrays.has_meeters) {
           kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,

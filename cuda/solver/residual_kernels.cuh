@@ -3,7 +3,7 @@
 
 /// @file
 /// Forces that sweeps have left out of balance at vertices, of a coarse correction: by rows, or by
-/// tiles. Of vertices of sheets, which take no part in it, they are without the triangles.
+/// tiles.
 
 #include <cstddef>
 
@@ -61,7 +61,8 @@ __device__ inline void store_residual(const DeviceState& state, const CoarseArra
 }
 
 /// By rows; threads of a vertex as in move_blocks().
-template <int kParts>
+/// @tparam kRare  see load_ranges()
+template <int kParts, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     find_residuals_of_blocks(DeviceState state, VertexArrays vertices, CoarseArrays coarse,
                              const StepInput* input, bool has_tools) {
@@ -72,7 +73,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < vertices.block_count) {  // no kernel of this step writes them
-    block = load_ranges<false>(vertices.blocks + index);
+    block = load_ranges<kRare>(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
   vertices = of_copy(vertices);
@@ -95,7 +96,8 @@ __global__ void __launch_bounds__(kBlockThreads)
 }
 
 /// By tiles, each a warp's, as in sweep_tiles(); nobody moves, so nobody waits.
-template <int kParts>
+/// @tparam kRare  see load_ranges()
+template <int kParts, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     find_residuals_of_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles,
                             CoarseArrays coarse, StepInput* input, bool has_tools) {
@@ -138,7 +140,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   const Index lane = thread / kParts;
   const VertexRows rows = rows_of(vertices);
   VertexForce<float> sum;
-  add_tile<kParts, false>(usual, tiles, tile, rows, index, thread, ways,
+  add_tile<kParts, kRare>(usual, tiles, tile, rows, index, thread, ways,
                           WaitingLane{points, own, lane}, sum);
   add_up<kParts>(sum, ~0U);
   if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
@@ -149,15 +151,16 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
 }
 
-template <int kParts>
-constexpr auto* residual_kernel() {
-  return find_residuals_of_tiles<kParts>;
+template <bool kRare>
+constexpr auto* residual_kernel(Index parts) {
+  return parts == 16  ? find_residuals_of_tiles<16, kRare>
+         : parts == 8 ? find_residuals_of_tiles<8, kRare>
+                      : find_residuals_of_tiles<4, kRare>;
 }
 
-auto* residual_kernel(Index parts) {
-  return parts == 16  ? residual_kernel<16>()
-         : parts == 8 ? residual_kernel<8>()
-                      : residual_kernel<4>();
+auto* residual_kernel(const TileArrays& tiles) {
+  return tiles.has_rare_rows ? residual_kernel<true>(tiles.parts)
+                             : residual_kernel<false>(tiles.parts);
 }
 
 void find_residuals(const DeviceState& state, const VertexArrays& vertices,
@@ -165,12 +168,14 @@ void find_residuals(const DeviceState& state, const VertexArrays& vertices,
                     const Launch& how) {
   launch(how, "launching what finds residuals",
          blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
-         kBlockThreads, find_residuals_of_blocks<kVertexParts>, state, vertices, coarse, input,
-         has_tools);
+         kBlockThreads,
+         vertices.has_rare_rows ? find_residuals_of_blocks<kVertexParts, true>
+                                : find_residuals_of_blocks<kVertexParts, false>,
+         state, vertices, coarse, input, has_tools);
 }
 
 Index prepare_residuals(const TileArrays& tiles) {
-  return blocks_at_once(tiles, {residual_kernel(tiles.parts)});
+  return blocks_at_once(tiles, {residual_kernel(tiles)});
 }
 
 void find_residuals_by_tiles(const DeviceState& state, const VertexArrays& vertices,
@@ -178,8 +183,8 @@ void find_residuals_by_tiles(const DeviceState& state, const VertexArrays& verti
                              bool has_tools, const Launch& how) {
   const Index threads = vertices.block_count * tiles_of_block(tiles.parts) * kTileThreads;
   launch_with_memory(how, "launching what finds residuals", blocks_for(threads, kBlockThreads),
-                     kBlockThreads, shared_bytes(tiles), residual_kernel(tiles.parts), state,
-                     vertices, tiles, coarse, input, has_tools);
+                     kBlockThreads, shared_bytes(tiles), residual_kernel(tiles), state, vertices,
+                     tiles, coarse, input, has_tools);
 }
 
 }  // namespace

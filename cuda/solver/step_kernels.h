@@ -12,6 +12,7 @@
 
 #include "lib/device/cluster_layout.h"
 #include "lib/device/device_arrays.h"
+#include "lib/device/filling_sweep.h"
 #include "lib/device/stages.h"
 
 namespace pbdsurg::cuda {
@@ -71,7 +72,7 @@ struct ExplicitSubsteps {
 enum class ClusterTissue : std::uint8_t {
   springs,  ///< distances, volumes, strain limits
   solids,   ///< Neo-Hookean tetrahedra, hinges
-  sheets,   ///< triangles
+  all,      ///< triangles, fibres
 };
 
 /// Which of the kernels that sweep by a cluster.
@@ -123,6 +124,10 @@ struct StepKernels {
   void (*project_attachments)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
                               bool is_first, const Launch&);
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
+
+  /// @param is_first  of the sweeps of a substep
+  void (*project_filling)(const FillingArrays&, const DeviceState&, const StepInput*, bool is_first,
+                          const Launch&);
 
   /// Before the sweeps of a substep: damping, and what tools touch and hold, if there are any.
   void (*prepare_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,

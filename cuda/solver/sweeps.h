@@ -37,6 +37,8 @@ struct SweepArrays {
   FreePieceArrays free_pieces{};
   CoarseArrays coarse{};
   std::uint64_t stages_revision = 0;  ///< changes with the stages
+  std::span<const FillingArrays> fillings{};
+  std::uint64_t fillings_revision = 0;  ///< changes with these
 
   [[nodiscard]] bool has_tools() const noexcept {
     return has_pushers || has_attachments || has_meeters;
@@ -53,7 +55,8 @@ struct SweepArrays {
            has_attachments == other.has_attachments && has_meeters == other.has_meeters &&
            vertices == other.vertices && sweep_count == other.sweep_count &&
            has_stiff_links == other.has_stiff_links && free_pieces == other.free_pieces &&
-           coarse == other.coarse && stages_revision == other.stages_revision;
+           coarse == other.coarse && stages_revision == other.stages_revision &&
+           fillings_revision == other.fillings_revision;
   }
 };
 

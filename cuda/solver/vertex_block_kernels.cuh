@@ -33,13 +33,14 @@ __device__ inline VertexArrays of_copy(VertexArrays vertices) {
 }
 
 __device__ inline VertexRows rows_of(const VertexArrays& vertices) {
-  return {vertices.blocks,  vertices.pulls,  vertices.springs,
-          vertices.volumes, vertices.hinges, vertices.triangles};
+  return {vertices.blocks, vertices.pulls,     vertices.springs, vertices.volumes,
+          vertices.hinges, vertices.triangles, vertices.fibres};
 }
 
 /// A block without its corners.
-/// @tparam kSheets  with triangles; without, kernels have no code for them, and more registers
-template <bool kSheets>
+/// @tparam kRare  with triangles and fibres; without, kernels have no code for them, and more
+///                registers
+template <bool kRare>
 __device__ VertexBlock load_ranges(const VertexBlock* block) {
   constexpr std::size_t kFirst = offsetof(VertexBlock, lane_count);
   static_assert(kFirst % sizeof(int4) == 0 && offsetof(VertexBlock, is_damped) == kFirst + 4 &&
@@ -47,7 +48,8 @@ __device__ VertexBlock load_ranges(const VertexBlock* block) {
                 offsetof(VertexBlock, springs) == kFirst + 16 &&
                 offsetof(VertexBlock, volumes) == kFirst + 24 &&
                 offsetof(VertexBlock, hinges) == kFirst + 32 &&
-                offsetof(VertexBlock, triangles) == kFirst + 40);
+                offsetof(VertexBlock, triangles) == kFirst + 40 &&
+                offsetof(VertexBlock, fibres) == kFirst + 48);
   const int4* const words = reinterpret_cast<const int4*>(block) + kFirst / sizeof(int4);
   const int4 head = __ldg(words);
   const int4 tail = __ldg(words + 1);
@@ -57,10 +59,12 @@ __device__ VertexBlock load_ranges(const VertexBlock* block) {
   result.pulls = {head.z, head.w};
   result.springs = {tail.x, tail.y};
   result.volumes = {tail.z, tail.w};
-  if constexpr (kSheets) {
+  if constexpr (kRare) {
     const int4 others = __ldg(words + 2);
+    const int2 fibres = __ldg(reinterpret_cast<const int2*>(words + 3));
     result.hinges = {others.x, others.y};
     result.triangles = {others.z, others.w};
+    result.fibres = {fibres.x, fibres.y};
   } else {
     const int2 hinges = __ldg(reinterpret_cast<const int2*>(words + 2));
     result.hinges = {hinges.x, hinges.y};
@@ -376,8 +380,8 @@ struct FirstRows {
 /// Blocks [first, first + count), of one colour.
 /// @tparam kParts  threads of a vertex, neighbours in a warp, which share its rows: it has some 36,
 ///                 and a colour is small.
-/// @tparam kSheets  see load_ranges()
-template <int kParts, bool kDamped, bool kTools, bool kSheets>
+/// @tparam kRare   see load_ranges()
+template <int kParts, bool kDamped, bool kTools, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     move_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
                 Index first, Index count, VertexSweep sweep) {
@@ -388,7 +392,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < first + count) {  // no kernel of this step writes them
-    block = load_ranges<kSheets>(vertices.blocks + index);
+    block = load_ranges<kRare>(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
   vertices = of_copy(vertices);
@@ -463,19 +467,19 @@ __global__ void __launch_bounds__(kBlockThreads)
   store_point(&at(state.fixed_points, corner), moved_point(point, u, moved));
 }
 
-template <bool kSheets>
+template <bool kRare>
 constexpr auto* move_kernel(bool is_damped, bool has_tools) {
-  auto* const with_tools = is_damped ? move_blocks<kVertexParts, true, true, kSheets>
-                                     : move_blocks<kVertexParts, false, true, kSheets>;
-  auto* const alone = is_damped ? move_blocks<kVertexParts, true, false, kSheets>
-                                : move_blocks<kVertexParts, false, false, kSheets>;
+  auto* const with_tools = is_damped ? move_blocks<kVertexParts, true, true, kRare>
+                                     : move_blocks<kVertexParts, false, true, kRare>;
+  auto* const alone = is_damped ? move_blocks<kVertexParts, true, false, kRare>
+                                : move_blocks<kVertexParts, false, false, kRare>;
   return has_tools ? with_tools : alone;
 }
 
 void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceState& state,
                     const VertexArrays& vertices, const ToolArrays& tools, StepInput* input,
                     const Launch& how) {
-  auto* const kernel = vertices.triangle_room > 0
+  auto* const kernel = vertices.has_rare_rows
                            ? move_kernel<true>(vertices.is_damped, sweep.has_tools)
                            : move_kernel<false>(vertices.is_damped, sweep.has_tools);
   launch(how, "launching a colour of vertices",
@@ -483,9 +487,10 @@ void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceSt
          state, vertices, tools, input, stage.first, stage.count, sweep);
 }
 
-/// All vertices, by the forces where the substep starts. No sheet takes explicit steps.
+/// All vertices, by the forces where the substep starts.
 /// @tparam kParts  as in move_blocks()
-template <int kParts, bool kTools>
+/// @tparam kRare   see load_ranges()
+template <int kParts, bool kTools, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     push_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
                 Index substep) {
@@ -496,7 +501,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < vertices.block_count) {  // no kernel of this step writes them
-    block = load_ranges<false>(vertices.blocks + index);
+    block = load_ranges<kRare>(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
   vertices = of_copy(vertices);
@@ -544,13 +549,20 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
 }
 
+template <bool kRare>
+constexpr auto* push_kernel_by_rows(bool has_tools) {
+  return has_tools ? push_blocks<kVertexParts, true, kRare>
+                   : push_blocks<kVertexParts, false, kRare>;
+}
+
 void push_vertices(const DeviceState& state, const VertexArrays& vertices, const ToolArrays& tools,
                    StepInput* input, Index substep, bool has_tools, const Launch& how) {
   launch(how, "launching explicit vertices",
          blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
          kBlockThreads,
-         has_tools ? push_blocks<kVertexParts, true> : push_blocks<kVertexParts, false>, state,
-         vertices, tools, input, substep);
+         vertices.has_rare_rows ? push_kernel_by_rows<true>(has_tools)
+                                : push_kernel_by_rows<false>(has_tools),
+         state, vertices, tools, input, substep);
 }
 
 }  // namespace

@@ -54,6 +54,7 @@ void VertexBuffers::upload(const SolverData& data, bool has_grown, cudaStream_t 
   upload_parts(volumes_, host.volumes, {parts, room_.volumes}, kNothing, stream);
   upload_parts(hinges_, host.hinges, {parts, room_.hinges}, kNothing, stream);
   upload_parts(triangles_, host.triangles, {parts, room_.triangles}, kNothing, stream);
+  upload_parts(fibres_, host.fibres, {1, room_.fibres}, kNothing, stream);
   upload_parts(damped_springs_, host.damped_springs, {is_damped, room_.springs}, kNothing, stream);
   upload_parts(damped_volumes_, host.damped_volumes, {is_damped, room_.volumes}, kNothing, stream);
   upload_parts(damped_hinges_, host.damped_hinges, {is_damped, room_.hinges}, kNothing, stream);
@@ -87,6 +88,7 @@ void VertexBuffers::make_room(const SolverData& data, cudaStream_t stream) {
   enlarge_rows(volumes_, parts, &VertexCounts::volumes);
   enlarge_rows(hinges_, parts, &VertexCounts::hinges);
   enlarge_rows(triangles_, parts, &VertexCounts::triangles);
+  enlarge_rows(fibres_, 1, &VertexCounts::fibres);
   enlarge_rows(damped_springs_, is_damped, &VertexCounts::springs);
   enlarge_rows(damped_volumes_, is_damped, &VertexCounts::volumes);
   enlarge_rows(damped_hinges_, is_damped, &VertexCounts::hinges);
@@ -106,6 +108,7 @@ void VertexBuffers::point(const SolverData& data) {
              volumes_.get(),
              hinges_.get(),
              triangles_.get(),
+             fibres_.get(),
              damped_springs_.get(),
              damped_volumes_.get(),
              damped_hinges_.get(),
@@ -119,7 +122,8 @@ void VertexBuffers::point(const SolverData& data) {
              static_cast<Index>(room_.volumes),
              static_cast<Index>(room_.hinges),
              static_cast<Index>(room_.triangles),
-             data.vertex_blocks.has_damping()};
+             data.vertex_blocks.has_damping(),
+             room_.has_rare_rows()};
 }
 
 // Room and pieces are a power of two, so that few edits change what a step launches.
@@ -153,6 +157,8 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(hinges_.get());
     case DeviceArray::triangle_rows:
       return words(triangles_.get());
+    case DeviceArray::fibre_rows:
+      return words(fibres_.get());
     case DeviceArray::damped_spring_rows:
       return words(damped_springs_.get());
     case DeviceArray::damped_volume_rows:
@@ -210,8 +216,8 @@ std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
          hinges_.memory_bytes() + damped_hinges_.memory_bytes() + triangles_.memory_bytes() +
-         damped_triangles_.memory_bytes() + holds_.memory_bytes() + lane_of_place_.memory_bytes() +
-         shares_.memory_bytes();
+         damped_triangles_.memory_bytes() + fibres_.memory_bytes() + holds_.memory_bytes() +
+         lane_of_place_.memory_bytes() + shares_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -61,6 +61,7 @@ struct VertexArrays {
   VolumeRow* volumes;                 ///< [copy, if damped][volume_room]
   HingeRow* hinges;                   ///< [copy, if damped][hinge_room]
   TriangleRow* triangles;             ///< [copy, if damped][triangle_room]
+  const FibreRow* fibres;             ///< [fibre]
   const DampedRow* damped_springs;    ///< [spring_room] if damped
   const DampedRow* damped_volumes;    ///< [volume_room] if damped
   const DampedRow* damped_hinges;     ///< [hinge_room] if damped
@@ -73,6 +74,7 @@ struct VertexArrays {
   const float* stiffness_shares;  ///< [block][lane] of explicit steps: StableSubstep::shares()
   Index block_count, block_room, spring_room, volume_room, hinge_room, triangle_room;
   bool is_damped;
+  bool has_rare_rows;  ///< see VertexCounts
 
   bool operator==(const VertexArrays&) const = default;
 };
@@ -140,7 +142,7 @@ struct alignas(16) VolumeRecord {
 /// How many rows each thread of a block has, those that do nothing among them.
 struct alignas(16) TileCounts {
   std::uint16_t neighbors, pulls, springs, volumes;
-  Index others;  ///< hinges and triangles of a vertex, which stay rows
+  Index others;  ///< hinges, triangles and fibres of a vertex, which stay rows
   Index more;    ///< not zero if there are more than usual_counts()
 };
 
@@ -167,10 +169,12 @@ PBDSURG_HOST_DEVICE inline TileCounts tile_counts(const VertexBlock& block, Inde
     return count > usual ? count : usual;
   };
   const TileCounts usual = usual_counts(parts);
-  TileCounts counts{
-      of_thread(neighbor_count, usual.neighbors),    of_thread(block.pulls.count, usual.pulls),
-      of_thread(block.springs.count, usual.springs), of_thread(block.volumes.count, usual.volumes),
-      block.hinges.count + block.triangles.count,    0};
+  TileCounts counts{of_thread(neighbor_count, usual.neighbors),
+                    of_thread(block.pulls.count, usual.pulls),
+                    of_thread(block.springs.count, usual.springs),
+                    of_thread(block.volumes.count, usual.volumes),
+                    block.hinges.count + block.triangles.count + block.fibres.count,
+                    0};
   counts.more =
       static_cast<Index>(counts.neighbors > usual.neighbors || counts.pulls > usual.pulls ||
                          counts.springs > 0 || counts.volumes > usual.volumes || counts.others > 0);
@@ -188,7 +192,7 @@ struct TileArrays {
   SpringRecord* springs;           ///< [copy, if damped][spring_rows][thread]
   VolumeRecord* volumes;           ///< [copy, if damped][volume_rows][thread]
   Index parts;                     ///< threads of a vertex
-  bool has_sheets;                 ///< whether there are triangles
+  bool has_rare_rows;              ///< see VertexCounts
   Index spring_rows, volume_rows;
   Index most_neighbors;  ///< of a thread
 };

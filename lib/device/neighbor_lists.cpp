@@ -38,6 +38,11 @@ void for_each_corner(const VertexBlocks::Arrays& rows, const VertexBlock& block,
       visit(corners[lane]);
     }
   }
+  for (const FibreRow& row : rows_of(rows.fibres, block.fibres)) {
+    for (const auto& corners : row.neighbors) {
+      visit(corners[lane]);
+    }
+  }
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ enum class DeviceArray : std::uint32_t {
   volumes,
   joints,
   neo_hookeans,
-  fibres,  ///< none yet: no device steps them
+  fibres,
   membranes,
   strain_limits,
   bendings,
@@ -38,6 +38,7 @@ enum class DeviceArray : std::uint32_t {
   volume_rows,
   hinge_rows,
   triangle_rows,
+  fibre_rows,
   damped_spring_rows,
   damped_volume_rows,
   damped_hinge_rows,
@@ -53,7 +54,7 @@ enum class DeviceArray : std::uint32_t {
   coarse_member_places,
   coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 34;
+inline constexpr int kDeviceArrayCount = 35;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -79,6 +79,7 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
   write_range(index, offsetof(VertexBlock, volumes), block.volumes, words);
   write_range(index, offsetof(VertexBlock, hinges), block.hinges, words);
   write_range(index, offsetof(VertexBlock, triangles), block.triangles, words);
+  write_range(index, offsetof(VertexBlock, fibres), block.fibres, words);
 
   LaneWriter writer(lane, words);
   for (Index i = room.pulls.first; i < room.pulls.first + room.pulls.count; ++i) {
@@ -128,6 +129,18 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
     }
     writer.write<TriangleRow>(kArray, i, offsetof(TriangleRow, stiffness), row.stiffness);
     writer.write<TriangleRow>(kArray, i, offsetof(TriangleRow, target), row.target);
+  }
+  for (Index i = room.fibres.first; i < room.fibres.first + room.fibres.count; ++i) {
+    const FibreRow& row = arrays.fibres[i];
+    constexpr auto kArray = DeviceArray::fibre_rows;
+    for (std::size_t k = 0; k < 3; ++k) {
+      writer.write<FibreRow>(kArray, i,
+                             offsetof(FibreRow, neighbors) + k * sizeof(row.neighbors[k]),
+                             row.neighbors[k]);
+      writer.write<FibreRow>(kArray, i, offsetof(FibreRow, shares) + k * sizeof(row.shares[k]),
+                             row.shares[k]);
+    }
+    writer.write<FibreRow>(kArray, i, offsetof(FibreRow, stiffness), row.stiffness);
   }
   writer.write(DeviceArray::damped_spring_rows, room.springs, arrays.damped_springs);
   writer.write(DeviceArray::damped_volume_rows, room.volumes, arrays.damped_volumes);

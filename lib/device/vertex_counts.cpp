@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::array kArrays{
     &VertexCounts::blocks, &VertexCounts::pulls,     &VertexCounts::springs, &VertexCounts::volumes,
-    &VertexCounts::hinges, &VertexCounts::triangles, &VertexCounts::places};
+    &VertexCounts::hinges, &VertexCounts::triangles, &VertexCounts::fibres,  &VertexCounts::places};
 
 }  // namespace
 
@@ -26,6 +26,7 @@ VertexCounts::VertexCounts(const SolverData& data) {
   volumes = arrays.volumes.size();
   hinges = arrays.hinges.size();
   triangles = arrays.triangles.size();
+  fibres = arrays.fibres.size();
   places = static_cast<std::size_t>(data.vertex_blocks.vertex_count());
 }
 
@@ -48,6 +49,7 @@ VertexCounts with_room(const VertexCounts& counts, const SolverData& data, bool 
   room.volumes += growth.volumes;
   room.hinges += growth.hinges;
   room.triangles += growth.triangles;
+  room.fibres += growth.fibres;
   room.places += counts.places > 0 ? static_cast<std::size_t>(data.options.spare.vertices) : 0;
   if (has_grown) {
     VertexCounts grown = counts;

@@ -14,7 +14,8 @@
 namespace pbdsurg::cuda {
 
 struct VertexCounts {
-  std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, triangles = 0;
+  std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, triangles = 0,
+              fibres = 0;
   std::size_t places = 0;  ///< of which is known in which block they are
 
   VertexCounts() = default;
@@ -26,6 +27,9 @@ struct VertexCounts {
   void include(const VertexCounts& others) noexcept;
 
   [[nodiscard]] bool has_room_for(const VertexCounts& others) const noexcept;
+
+  /// Whether there are rows that few scenes have: kernels that know these take more registers.
+  [[nodiscard]] bool has_rare_rows() const noexcept { return triangles + fibres > 0; }
 };
 
 /// How many more there is to be room for, where edits bring ever more: small scenes may have many

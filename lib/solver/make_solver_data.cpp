@@ -51,11 +51,6 @@ std::unique_ptr<SolverData> make_data_for_device(const Tissue& tissue, SolverOpt
 
 // @throws BackendUnavailable  if the device cannot
 std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverOptions& options) {
-  try {
-    check_fibres(tissue, options.executor);
-  } catch (const InvalidArgument& refusal) {
-    throw BackendUnavailable(refusal.what());
-  }
   auto* const device = dynamic_cast<SolverDevice*>(options.executor.state()->device());
   if (device == nullptr) {
     throw BackendUnavailable(options.executor.name() + " steps no solvers");

@@ -27,8 +27,16 @@ void Solver::add_constraints(std::shared_ptr<CustomConstraints> set) {
     }
   }
   if (data_->backend->keeps_state()) {
-    throw BackendUnavailable("constraint set '" + set->name() + "' is called on a CPU; " +
-                             backend_name() + " steps without such calls");
+    if (set->filling() == nullptr) {
+      throw BackendUnavailable("constraint set '" + set->name() + "' is called on a CPU; " +
+                               backend_name() + " steps without such calls");
+    }
+    if (!data_->backend->takes_fillings()) {
+      throw BackendUnavailable("constraint set '" + set->name() +
+                               "' needs a CPU, or projections in compliance mode, launch by "
+                               "launch: " +
+                               backend_name() + " does not step it");
+    }
   }
   data_->custom.add(tissue(), std::move(set));
   data_->rebuild_plan();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/surgery/lumen.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -9,23 +8,58 @@
 #include "pbdsurg/tissue/renumbering.h"
 
 #include "lib/base/check.h"
+#include "lib/solver/methods/filling.h"
 
 namespace pbdsurg {
 namespace {
 
-// Pa: where flow through an orifice becomes linear, so that it has a slope at rest.
-constexpr double kLaminar = 1;
-// Of ambient pressure: what a gas is linearised at is not thinner.
-constexpr double kThinnest = 0.1;
+Vec3<double> to_double(const Eigen::Vector3f& x) {
+  return {x.x(), x.y(), x.z()};
+}
 
 }  // namespace
 
+// As devices see it.
+class Lumen::OnDevice final : public Filling {
+ public:
+  explicit OnDevice(Lumen& lumen) : lumen_(lumen) {}
+
+  [[nodiscard]] Surface surface() const override {
+    return {lumen_.listed_, lumen_.vertices_, lumen_.triangles_, lumen_.hole_ends_,
+            lumen_.wall_count_};
+  }
+  [[nodiscard]] FillingLaw law() const override { return lumen_.law(); }
+  [[nodiscard]] FillingState state(Index copy) const override {
+    const LumenState& now = lumen_.copies_[copy].now;
+    return {now.amount, now.pressure};
+  }
+  [[nodiscard]] bool is_new(Index copy) const override {
+    return lumen_.copies_[copy].version != lumen_.listed_;
+  }
+  void check(const Tissue& tissue) const override {
+    tissue.check_follower(lumen_.cavity_, "a lumen");
+  }
+  void take(Index copy, const FillingState& state) override {
+    lumen_.copies_[copy].now = {state.amount, state.pressure};
+    lumen_.copies_[copy].version = lumen_.listed_;
+  }
+
+ private:
+  Lumen& lumen_;
+};
+
 Lumen::Lumen(const Tissue& tissue, std::span<const Triangle> wall, const LumenOptions& options)
-    : cavity_(tissue, wall), options_(options) {
+    : cavity_(tissue, wall), options_(options), on_device_(std::make_unique<OnDevice>(*this)) {
   check_positive("density", options.density, " kg/m^3");
   check_positive("ambient_pressure", options.ambient_pressure, " Pa");
   check(options.discharge > 0 && options.discharge <= 1, "discharge", options.discharge,
         "in (0, 1]");
+}
+
+Lumen::~Lumen() = default;
+
+Filling* Lumen::filling() noexcept {
+  return on_device_.get();
 }
 
 void Lumen::set_inflow(float flow) {
@@ -82,6 +116,13 @@ void Lumen::list_vertices() {
       v = static_cast<Index>(std::ranges::lower_bound(vertices_, v) - vertices_.begin());
     }
   }
+  hole_ends_.clear();
+  wall_count_ = cavity_.wall_count();
+  Index end = wall_count_;
+  for (Index hole = 0; hole < cavity_.hole_count(); ++hole) {
+    end += static_cast<Index>(cavity_.caps(hole).size());
+    hole_ends_.push_back(end);
+  }
   listed_ = cavity_.version();
 }
 
@@ -91,36 +132,38 @@ void Lumen::renumber(const Tissue&, const Renumbering&) noexcept {
   }
 }
 
-// m^3/(s Pa), of an orifice at a difference of pressure: a chord of its law, through zero. The law
-// with a laminar end is that of Simscape's block "Orifice (IL)".
-double Lumen::conductance(double area, double difference) const {
-  const double least = difference * difference + kLaminar * kLaminar;
-  return double{options_.discharge} * area * std::sqrt(2 / double{options_.density}) /
-         std::sqrt(std::sqrt(least));
+FillingLaw Lumen::law() const noexcept {
+  return {options_.density,
+          options_.ambient_pressure,
+          options_.discharge,
+          inflow_,
+          leak_,
+          reservoir_area_,
+          reservoir_pressure_,
+          options_.contents == LumenContents::gas};
 }
 
 void Lumen::begin_substep(const ConstraintSweep& sweep) {
-  sweep.tissue().check_follower(cavity_, "a lumen");
+  on_device_->check(sweep.tissue());
   Copy& own = copies_[sweep.copy()];
   LumenState start = own.now;
   if (own.version != cavity_.version()) {  // a new wall: as much as gives the pressure there was
     for (std::size_t i = 0; i < own.ways.size(); ++i) {
-      own.ways[i] = sweep.start(vertices_[i]).cast<double>();
+      own.ways[i] = to_double(sweep.start(vertices_[i]));
     }
     start.pressure = cavity_.wall_count() > 0 ? start.pressure : 0;
-    start.amount = volume_of(own.ways) * (is_gas() ? 1 + start.pressure / ambient() : 1);
+    start.amount = law().amount_in(volume_of(own.ways), start.pressure);
     if (!sweep.is_probe()) {
       own.now = start;
       own.version = cavity_.version();
     }
   }
-  const double h = sweep.dt();
-  const double out = conductance(leak_ + hole_area(sweep), start.pressure);
-  const double in = conductance(reservoir_area_, start.pressure - reservoir_pressure_);
-  own.most = std::max(0.0, start.amount + h * (inflow_ + in * reservoir_pressure_));
-  own.drain = h * (out + in);
-  own.pressure = start.pressure;
-  own.multiplier = 0;
+  const FillingSubstep begun =
+      law().begin({start.amount, start.pressure}, hole_area(sweep), sweep.dt());
+  own.most = begun.most;
+  own.drain = begun.drain;
+  own.pressure = begun.pressure;
+  own.multiplier = begun.multiplier;
 }
 
 void Lumen::project(ConstraintSweep& sweep) {
@@ -129,56 +172,52 @@ void Lumen::project(ConstraintSweep& sweep) {
   }
   Copy& own = copies_[sweep.copy()];
   const double volume = measure(own, sweep);
-  // V (P + p) = P (most - drain p), P the ambient pressure, at the last p; of a liquid P is endless
-  const double absolute = ambient() + std::max(double{own.pressure}, (kThinnest - 1) * ambient());
-  const double ratio = is_gas() ? ambient() / absolute : 1;
-  const double compliance = (is_gas() ? std::max(volume, 0.0) / absolute : 0) + ratio * own.drain;
-  own.multiplier = sweep.satisfy_together(
-      own.corners, static_cast<float>(ratio * (volume - own.most)), static_cast<float>(compliance),
-      own.multiplier, {.least = -options_.ambient_pressure});
-  own.pressure = own.multiplier;
+  FillingSubstep now{own.most, own.drain, own.pressure, own.multiplier};
+  const auto [value, compliance] = law().constraint(now, volume);
+  now.multiplier = sweep.satisfy_together(own.corners, value, compliance, now.multiplier,
+                                          {.least = -options_.ambient_pressure});
+  now.pressure = now.multiplier;
+  own.pressure = own.multiplier = now.multiplier;
   if (!sweep.is_probe()) {
-    own.now = {std::max(0.0, own.most - own.drain * own.pressure), own.pressure};
+    const FillingState after = FillingLaw::end(now);
+    own.now = {after.amount, after.pressure};
   }
 }
 
 // Of the vertices of the wall, and how it changes with each.
 double Lumen::measure(Copy& own, const ConstraintSweep& sweep) const {
   for (std::size_t i = 0; i < own.ways.size(); ++i) {
-    own.ways[i] = sweep.way(vertices_.front(), vertices_[i]).cast<double>();
+    own.ways[i] = to_double(sweep.way(vertices_.front(), vertices_[i]));
     own.corners[i] = {vertices_[i], Eigen::Vector3f::Zero()};
   }
-  for (const Triangle& triangle : triangles_) {
-    const Eigen::Vector3d &a = own.ways[triangle[0]], &b = own.ways[triangle[1]],
-                          &c = own.ways[triangle[2]];
-    const Eigen::Vector3f third = ((b - a).cross(c - a) / 6).cast<float>();
-    for (const Index i : triangle) {
-      own.corners[i].gradient += third;
+  for (const auto& [a, b, c] : triangles_) {
+    const Vec3<float> third = third_of_area(own.ways[a], own.ways[b], own.ways[c]);
+    for (const Index i : {a, b, c}) {
+      own.corners[i].gradient += Eigen::Vector3f(third.x, third.y, third.z);
     }
   }
   return volume_of(own.ways);
 }
 
-double Lumen::volume_of(std::span<const Eigen::Vector3d> places) const {
+double Lumen::volume_of(std::span<const Vec3<double>> places) const {
   double sum = 0;
-  for (const Triangle& triangle : triangles_) {
-    const Eigen::Vector3d &a = places[triangle[0]], &b = places[triangle[1]],
-                          &c = places[triangle[2]];
-    sum += (a - places[0]).dot((b - places[0]).cross(c - places[0]));
+  for (const auto& [a, b, c] : triangles_) {
+    sum += six_volumes(places[0], places[a], places[b], places[c]);
   }
   return sum / 6;
 }
 
 double Lumen::hole_area(const ConstraintSweep& sweep) const {
   double sum = 0;
-  for (Index hole = 0; hole < cavity_.hole_count(); ++hole) {
-    Eigen::Vector3d area = Eigen::Vector3d::Zero();
-    for (const Triangle& cap : cavity_.caps(hole)) {
-      const Eigen::Vector3d a = sweep.start(cap[0]).cast<double>();
-      area +=
-          (sweep.start(cap[1]).cast<double>() - a).cross(sweep.start(cap[2]).cast<double>() - a);
+  Index t = wall_count_;
+  for (const Index end : hole_ends_) {
+    Vec3<double> area;
+    for (; t < end; ++t) {
+      const auto start = [&](Index i) { return to_double(sweep.start(vertices_[i])); };
+      const auto [a, b, c] = triangles_[t];
+      area = area + cross(start(b) - start(a), start(c) - start(a));
     }
-    sum += area.norm() / 2;
+    sum += std::sqrt(dot(area, area)) / 2;
   }
   return sum;
 }

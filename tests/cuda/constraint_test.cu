@@ -8,6 +8,7 @@
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/fibre.h"
 #include "pbdsurg/constraints/membrane.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -60,6 +61,10 @@ PBDSURG_HOST_DEVICE Projected project_all(std::uint64_t i) {
   float stress[9] = {};
   NeoHookeanConstraint::project<ProjectionMode::compliance>(result.x, w, solid,
                                                             Substep<float>{1e3F, 1e6F}, stress);
+  const float fibre[] = {0.4F * per_edge, -0.3F * per_edge, 0.9F * per_edge, 2e-6F};
+  float pull[] = {0};
+  FibreConstraint::project<ProjectionMode::compliance>(result.x, w, fibre,
+                                                       Substep<float>{1e3F, 1e6F}, pull);
   const float sheet[] = {per_edge, 0, 0, per_edge, 1e-6F, 3, 1e-3F};
   float tension[6] = {};
   Vec3<float> corners[3] = {result.x[0], result.x[1], result.x[2]};

@@ -17,7 +17,6 @@
 #include "tests/support/meshes.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/sheet_program.h"
-#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {

@@ -121,9 +121,9 @@ void carry_something(SolverData& data) {
 }
 
 std::string name_of(const Stage& stage) {
-  constexpr std::array kNames{"distance", "volume",       "joint",   "neo_hookean",
-                              "membrane", "strain_limit", "bending", "stiff_link",
-                              "vertex",   "attachment",   "contact"};
+  constexpr std::array kNames{"distance",   "volume",   "joint",        "neo_hookean",
+                              "fibre",      "membrane", "strain_limit", "bending",
+                              "stiff_link", "vertex",   "attachment",   "contact"};
   return std::string(kNames[static_cast<std::size_t>(stage.kind)]) + ", " +
          std::to_string(stage.count) + " from " + std::to_string(stage.first) + ", levels " +
          std::to_string(stage.level_count);
@@ -135,6 +135,7 @@ Scene make_scene(ProjectionMode mode, float damping) {
   if (mode == ProjectionMode::compliance) {
     const auto sheet = pbdsurg::testing::make_sheet({6, 5}, pbdsurg::testing::kEventfulEdge, 0.2);
     scene.add_sheet("sheet", sheet.positions, sheet.triangles, {.damping = damping});
+    pbdsurg::testing::give_solid_fibres(scene);
   }
   return scene;
 }

@@ -2,37 +2,24 @@
 #pragma once
 
 /// @file
-/// The strict promise: a device has the bits of the serial backend.
+/// A solver on a device beside one that is serial.
 
 #include <utility>
 
 #include "pbdsurg/cuda/device.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "lib/solver/solver_options.h"
 #include "tests/support/catch.h"
 #include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 
-/// A solver on a device and one that is serial, to which the same is done.
+/// Two strict solvers, to which the same is done.
 struct StrictPair {
-  StrictPair(const Scene& scene, SolverOptions options, DeviceStrategy strategy)
+  StrictPair(const Scene& scene, const SolverOptions& options, DeviceStrategy strategy)
       : serial(scene, with(options, executor::serial(), DeviceStrategy::automatic)),
         device(scene, with(options, cuda::device(), strategy)) {}
-
-  static SolverOptions with(SolverOptions options, Executor executor, DeviceStrategy strategy) {
-    if (options.method != SolverMethod::explicit_steps) {  // which choose by themselves
-      options = small_steps(options);
-    }
-    options.executor = std::move(executor);
-    options.device_strategy = strategy;
-    options.math = MathMode::strict;
-    if (options.method != SolverMethod::explicit_steps &&
-        options.composition == PlanComposition::automatic) {
-      options.composition = PlanComposition::separate;
-    }
-    return options;
-  }
 
   template <class Act>
   void both(const Act& act) {
@@ -40,10 +27,11 @@ struct StrictPair {
     act(device);
   }
 
-  void step_and_compare(float dt) {
+  /// @param step  s
+  void step_and_compare(float step) {
     INFO(device.backend_name());
-    const StepReport expected = serial.step(dt);
-    const StepReport report = device.step(dt);
+    const StepReport expected = serial.step(step);
+    const StepReport report = device.step(step);
     REQUIRE_FALSE(report.stalled);
     REQUIRE(report.non_finite_vertices == expected.non_finite_vertices);
     REQUIRE(report.contacts == expected.contacts);
@@ -54,6 +42,20 @@ struct StrictPair {
   }
 
   Solver serial, device;
+
+ private:
+  static SolverOptions with(SolverOptions options, Executor executor, DeviceStrategy strategy) {
+    options.executor = std::move(executor);
+    options.device_strategy = strategy;
+    options.math = MathMode::strict;
+    if (is_explicit(options)) {
+      return options;
+    }
+    if (options.composition == PlanComposition::automatic) {
+      options.composition = PlanComposition::separate;
+    }
+    return small_steps(options);
+  }
 };
 
 }  // namespace pbdsurg::testing

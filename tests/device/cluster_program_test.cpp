@@ -74,6 +74,7 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
       pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, is_damped ? 0.01F : 0);
   const auto sheet = pbdsurg::testing::make_sheet({5, 4}, 4e-3, 0.2);
   scene.add_sheet("sheet", sheet.positions, sheet.triangles);
+  pbdsurg::testing::give_solid_fibres(scene);
   SolverOptions options = pbdsurg::testing::small_steps({.executor = executor::serial()});
   options.composition = PlanComposition::separate;
   Solver solver(scene, options);
@@ -127,9 +128,13 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
     auto& record = records.of<MembraneConstraint>()[6];
     change(DeviceArray::membranes, record, 6, record.parameters[p], 5.0F + static_cast<float>(p));
   }
+  for (int p = 0; p < FibreConstraint::kParameterCount; ++p) {
+    auto& record = records.of<FibreConstraint>()[8];
+    change(DeviceArray::fibres, record, 8, record.parameters[p], 7.0F + static_cast<float>(p));
+  }
   changes.push_back({DeviceArray::tubes, 0, 1});  // of no sweep
   CHECK(follow() == 4 + (is_damped ? 1 : 0) + NeoHookeanConstraint::kParameterCount +
-                        MembraneConstraint::kParameterCount);
+                        MembraneConstraint::kParameterCount + FibreConstraint::kParameterCount);
 
   const Record<VolumeConstraint> removed = records.of<VolumeConstraint>()[2];
   records.of<VolumeConstraint>()[2].places[0] = kInvalidIndex;

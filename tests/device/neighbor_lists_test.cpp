@@ -50,6 +50,9 @@ TEST_CASE("neighbor lists: all that rows name, with what each has done before") 
       join(mesh.tets()[t]);
     }
   }
+  const Tet fibres{9, 30, 55, 77};  // of a tetrahedron without anything else
+  tets.push_back({.vertices = fibres, .fibre_shares = {1, 2, 3}, .fibre_stiffness = 1});
+  join(fibres);
   const std::vector<VertexSpring> springs{{{1, vertex_count - 2}, 1, 1, 0}, {{2, 3}, 0, 0, 0}};
   join(springs[0].vertices);
   const VertexHinge hinge{{4, 5, 20, 41}, 1, 0, 0};

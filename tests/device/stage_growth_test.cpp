@@ -233,7 +233,7 @@ TEST_CASE("cuda growth: stages that follow any edits and their undo are as if ma
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     const std::vector<std::uint8_t> bytes = pbdsurg::testing::random_bytes(seed, 400);
     Choices choices(bytes);
-    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes_of_devices());
+    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes());
     SolverOptions options = choices.one_of(pbdsurg::testing::edit_options(scene));
     options.executor = pbdsurg::testing::fake_device();
     const Index spare = choices.one_of(std::array{0, 0, 20, 2000});

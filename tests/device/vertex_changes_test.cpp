@@ -42,6 +42,7 @@ struct HostRows {
     hinges.assign(arrays.hinges.begin(), arrays.hinges.end());
     damped_hinges.assign(arrays.damped_hinges.begin(), arrays.damped_hinges.end());
     triangles.assign(arrays.triangles.begin(), arrays.triangles.end());
+    fibres.assign(arrays.fibres.begin(), arrays.fibres.end());
     damped_triangles.assign(arrays.damped_triangles.begin(), arrays.damped_triangles.end());
   }
 
@@ -62,8 +63,8 @@ struct HostRows {
   void solve(const Stage& stage, std::vector<FixedPoint>& points,
              std::vector<Particle>& displacements, const std::vector<Particle>& flights,
              float relaxation) {
-    const VertexRows rows{blocks.data(),  pulls.data(),  springs.data(),
-                          volumes.data(), hinges.data(), triangles.data()};
+    const VertexRows rows{blocks.data(), pulls.data(),     springs.data(), volumes.data(),
+                          hinges.data(), triangles.data(), fibres.data()};
     for (Index b = stage.first + stage.count; b-- > stage.first;) {
       for (Index lane = blocks[b].lane_count; lane-- > 0;) {
         const ParticleOffset corner = blocks[b].corners[lane];
@@ -105,6 +106,7 @@ struct HostRows {
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;
   std::vector<TriangleRow> triangles;
+  std::vector<FibreRow> fibres;
   std::vector<DampedRow> damped_springs, damped_volumes, damped_hinges, damped_triangles;
 
  private:
@@ -129,6 +131,8 @@ struct HostRows {
         return bytes(damped_hinges);
       case DeviceArray::triangle_rows:
         return bytes(triangles);
+      case DeviceArray::fibre_rows:
+        return bytes(fibres);
       case DeviceArray::damped_triangle_rows:
         return bytes(damped_triangles);
       case DeviceArray::distances:
@@ -209,6 +213,7 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
   Scene scene = pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping);
   const auto sheet = pbdsurg::testing::make_sheet({7, 6}, 4e-3, 0.2);
   scene.add_sheet("sheet", sheet.positions, sheet.triangles, {.damping = damping});
+  pbdsurg::testing::give_solid_fibres(scene);
   Solver solver(scene, pbdsurg::testing::small_steps({.method = SolverMethod::vertex_block,
                                                       .executor = pbdsurg::testing::fake_device(),
                                                       .composition = composition}));
@@ -236,6 +241,10 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
     INFO("damping " << damping << ", round " << round);
     TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
     edit.remove_triangles = {3 * round, 3 * round + 1};
+    if (const Index t = scene.body(2).first_tet + 4 * round;
+        solver.tissue().is_tet_alive(t) && std::ranges::count(edit.remove_tets, t) == 0) {
+      edit.fibres = {{t, round % 3 == 0 ? Fibre{} : Fibre{{0, 1, 0}, 50e3F}}};
+    }
     if (round < 12) {
       edit.remove_links.push_back(2 * round);
       if (!solver.tissue().is_link_alive(2 * round)) {

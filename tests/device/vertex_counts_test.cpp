@@ -72,6 +72,27 @@ TEST_CASE("vertex counts: there is room for triangles of sheets", "[unit]") {
   CHECK(room.has_room_for(VertexCounts(data)));
 }
 
+// Would catch cuts through tissue with fibres that a device has no room for.
+TEST_CASE("vertex counts: there is room for fibres", "[unit]") {
+  Scene scene = pbdsurg::testing::make_bar(pbdsurg::testing::neo_hookean(1e4F, 0.4F), {12, 5, 5});
+  scene.set_fibres(0, std::vector<Fibre>(scene.tets().size(), {{1, 0, 0}, 1e4F}));
+  SolverOptions options = pbdsurg::testing::vertex_options();
+  options.executor = pbdsurg::testing::fake_device();
+  options.spare = {100, 600, 800, 0};
+  Solver solver(scene, options);
+  const SolverData& data = inspect(solver);
+  const VertexCounts counts(data);
+  REQUIRE(counts.has_rare_rows());
+  CHECK_FALSE(VertexCounts(inspect(make_solver({}))).has_rare_rows());
+  const VertexCounts room = with_room(counts, data, false);
+  CHECK(with_room(counts, data, true).fibres >= counts.fibres + counts.fibres / 8);
+  for (std::uint64_t round = 0; round < 30; ++round) {
+    solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));
+  }
+  CHECK(VertexCounts(data).fibres > counts.fibres);
+  CHECK(room.has_room_for(VertexCounts(data)));
+}
+
 // Would catch words that are written beyond an array, after an undo has made it shorter.
 TEST_CASE("vertex counts: what an undo takes back keeps its room", "[unit]") {
   Solver solver = make_solver({});

@@ -73,6 +73,7 @@ class DeviceRows {
     array(DeviceArray::damped_volume_rows) = words_of(host.damped_volumes);
     array(DeviceArray::damped_hinge_rows) = words_of(host.damped_hinges);
     array(DeviceArray::triangle_rows) = words_of(host.triangles);
+    array(DeviceArray::fibre_rows) = words_of(host.fibres);
     array(DeviceArray::damped_triangle_rows) = words_of(host.damped_triangles);
     array(DeviceArray::stiffness_shares) = words_of(data.stable_substep.shares());
     for (std::size_t v = 0; v < counts_.places; ++v) {
@@ -152,7 +153,8 @@ class DeviceRows {
           !same_rows(DeviceArray::spring_rows, sizeof(SpringRow), room.springs) ||
           !same_rows(DeviceArray::volume_rows, sizeof(VolumeRow), room.volumes) ||
           !same_rows(DeviceArray::hinge_rows, sizeof(HingeRow), room.hinges) ||
-          !same_rows(DeviceArray::triangle_rows, sizeof(TriangleRow), room.triangles)) {
+          !same_rows(DeviceArray::triangle_rows, sizeof(TriangleRow), room.triangles) ||
+          !same_rows(DeviceArray::fibre_rows, sizeof(FibreRow), room.fibres)) {
         return "rows" + in_block;
       }
       if (blocks.has_damping() &&
@@ -211,6 +213,7 @@ class DeviceRows {
     fit(DeviceArray::volume_rows, counts_.volumes, sizeof(VolumeRow));
     fit(DeviceArray::hinge_rows, counts_.hinges, sizeof(HingeRow));
     fit(DeviceArray::triangle_rows, counts_.triangles, sizeof(TriangleRow));
+    fit(DeviceArray::fibre_rows, counts_.fibres, sizeof(FibreRow));
     if (is_damped) {
       fit(DeviceArray::damped_spring_rows, counts_.springs, sizeof(DampedRow));
       fit(DeviceArray::damped_volume_rows, counts_.volumes, sizeof(DampedRow));
@@ -370,7 +373,7 @@ TEST_CASE("cuda vertex growth: what follows any edits and their undo is as if ma
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     const std::vector<std::uint8_t> bytes = pbdsurg::testing::random_bytes(seed, 400);
     Choices choices(bytes);
-    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes_of_devices());
+    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes());
     SolverOptions options = pbdsurg::testing::small_steps(
         {.method = SolverMethod::vertex_block, .executor = pbdsurg::testing::fake_device()});
     const auto parts = static_cast<Index>(choices.one_of(std::array{4, 8, 16}));

@@ -21,6 +21,7 @@ VertexBlocks make_blocks() {
   for (const Tet& tet : mesh.tets()) {
     tets.push_back({.vertices = tet, .weights = {1, 1, 1, 1, 1, 1}, .stiffness = 1, .target = 1});
   }
+  tets[5].fibre_stiffness = 1;
   const VertexTriangle triangle{.vertices = {2, 44, 61}, .stiffness = 1, .target = 1};
   return VertexBlocks(moves, tets, {{{1, 9}, 1, 1, 0}}, {{{4, 5, 20, 41}, 1, 0, 0}}, {}, kUsualUnit,
                       false, {triangle});
@@ -95,11 +96,12 @@ TEST_CASE("vertex tiles: blocks with rows beyond the usual say so") {
     CHECK(counts.pulls * parts >= block.pulls.count);
     CHECK(counts.springs * parts >= block.springs.count);
     CHECK(counts.volumes * parts >= block.volumes.count);
-    CHECK(counts.others == block.hinges.count + block.triangles.count);
+    CHECK(counts.others == block.hinges.count + block.triangles.count + block.fibres.count);
     CHECK(counts.volumes >= usual.volumes);
     CHECK((counts.more != 0) == (counts.neighbors > usual.neighbors || counts.pulls > usual.pulls ||
                                  counts.volumes > usual.volumes || block.springs.count > 0 ||
-                                 block.hinges.count > 0 || block.triangles.count > 0));
+                                 block.hinges.count > 0 || block.triangles.count > 0 ||
+                                 block.fibres.count > 0));
   }
 }
 

@@ -120,8 +120,7 @@ TEST_CASE("surface contact: explicit steps come to the same force", "[validation
     return Eigen::Vector3f(sum / kSteps);
   };
   const Eigen::Vector3f expected = force_by({.method = SolverMethod::vertex_block});
-  const Eigen::Vector3f found =
-      force_by({.method = SolverMethod::explicit_steps, .damping = 20});
+  const Eigen::Vector3f found = force_by({.method = SolverMethod::explicit_steps, .damping = 20});
   CHECK((found - expected).norm() < 0.05F * expected.norm());
 }
 

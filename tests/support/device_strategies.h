@@ -14,7 +14,7 @@ inline bool suits(DeviceStrategy strategy, SolverMethod method) {
     case DeviceStrategy::cluster:
       return method == SolverMethod::projection;
     case DeviceStrategy::cooperative:
-      return method == SolverMethod::vertex_block;
+      return method != SolverMethod::projection;
     case DeviceStrategy::automatic:
     case DeviceStrategy::stream:
     case DeviceStrategy::graph:

@@ -193,10 +193,6 @@ const std::vector<EditScene>& edit_scenes() {
   return scenes;
 }
 
-std::span<const EditScene> edit_scenes_of_devices() {
-  return std::span(edit_scenes()).first(edit_scenes().size() - 1);  // no fibres
-}
-
 std::vector<SolverOptions> edit_options(const EditScene& scene) {
   const SolverOptions base =
       small_steps({.substeps = 2, .damping = 1, .executor = executor::serial()});

@@ -23,11 +23,8 @@ struct EditScene {
 
 /// Few tetrahedra each, so that thousands of trials take seconds: a lattice, a mesh of vertices
 /// with many or few neighbours, an organ, bodies with and without volumes joined by links, solids
-/// and a thread of particles, bodies joined by strands, hinged bodies, sheets. Built once.
+/// and a thread of particles, bodies joined by strands, hinged bodies, sheets, fibres. Built once.
 [[nodiscard]] const std::vector<EditScene>& edit_scenes();
-
-/// Those that devices step: without fibres.
-[[nodiscard]] std::span<const EditScene> edit_scenes_of_devices();
 
 /// Ways of solving that a scene allows, one for each way in which constraints are kept.
 [[nodiscard]] std::vector<SolverOptions> edit_options(const EditScene& scene);

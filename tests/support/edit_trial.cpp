@@ -292,9 +292,7 @@ EditTrial::Change EditTrial::make_change(Choices& choices) {
 
 std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& executor) {
   Choices choices(bytes);
-  const bool is_device = executor.kind() == ExecutorKind::device;
-  const EditScene& scene =
-      is_device ? choices.one_of(edit_scenes_of_devices()) : choices.one_of(edit_scenes());
+  const EditScene& scene = choices.one_of(edit_scenes());
   const std::vector<SolverOptions> all_options = edit_options(scene);
   const Index option = choices.below(static_cast<Index>(all_options.size()));
   SolverOptions options = all_options[option];

@@ -55,6 +55,13 @@ inline Scene make_eventful_scene(ProjectionMode mode, float damping,
   return scene;
 }
 
+/// Gives the Neo-Hookean body of such a scene fibres.
+inline void give_solid_fibres(Scene& scene) {
+  constexpr Index kSolid = 2;
+  const auto count = static_cast<std::size_t>(scene.body(kSolid).tet_count);
+  scene.set_fibres(kSolid, std::vector<Fibre>(count, {{0.6F, 0, 0.8F}, 30e3F}));
+}
+
 /// What a program does, on two solvers alike: writes, edits, grasps, moves. Choices follow from the
 /// seed and the state.
 class EventfulProgram {
@@ -72,7 +79,8 @@ class EventfulProgram {
   /// Before the first round.
   void begin(Solver& solver) const {
     solver.add_tool({&capsule_, 1}, pose_, surface_);
-    solver.add_tool({&capsule_, 1}, ToolPose::Identity(), surface_);  // pushes, too, once it holds nothing
+    solver.add_tool({&capsule_, 1}, ToolPose::Identity(),
+                    surface_);  // pushes, too, once it holds nothing
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
 

@@ -71,14 +71,14 @@ bool same_frame(const VertexBlock& a, const VertexBlock& b) {
   return a.lane_count == b.lane_count && a.is_damped == b.is_damped &&
          a.pulls.first == b.pulls.first && a.springs.first == b.springs.first &&
          a.volumes.first == b.volumes.first && a.hinges.first == b.hinges.first &&
-         a.triangles.first == b.triangles.first &&
+         a.triangles.first == b.triangles.first && a.fibres.first == b.fibres.first &&
          std::equal(a.corners, a.corners + a.lane_count, b.corners);
 }
 
 bool same_counts(const VertexBlock& a, const VertexBlock& b) {
   return a.pulls.count == b.pulls.count && a.springs.count == b.springs.count &&
          a.volumes.count == b.volumes.count && a.hinges.count == b.hinges.count &&
-         a.triangles.count == b.triangles.count;
+         a.triangles.count == b.triangles.count && a.fibres.count == b.fibres.count;
 }
 
 // Whether one lane of rows has the same numbers.
@@ -227,6 +227,7 @@ void FakeDevice::take_all(const SolverData& data) {
                 static_cast<std::size_t>(data.sets.distance_ids.count())};
   volumes_ = {data.sets.of<VolumeConstraint>(), data.tissue->tets().size()};
   neo_hookeans_ = {data.sets.of<NeoHookeanConstraint>(), data.tissue->tets().size()};
+  fibres_ = {data.sets.of<FibreConstraint>(), data.tissue->tets().size()};
   membranes_ = {data.sets.of<MembraneConstraint>(), data.tissue->triangles().size()};
   strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
   bendings_ = {data.sets.of<BendingConstraint>(), data.tissue->hinges().size()};
@@ -263,7 +264,8 @@ void FakeDevice::take_all(const SolverData& data) {
         neo_hookeans_.set_serial(phase.color);
         break;
       case PhaseKind::fibre:
-        break;  // which no device steps
+        fibres_.set_serial(phase.color);
+        break;
       case PhaseKind::membrane:
         membranes_.set_serial(phase.color);
         break;
@@ -287,6 +289,7 @@ void FakeDevice::take_all(const SolverData& data) {
   own_.sets.of<DistanceConstraint>() = distances_.make_slots();
   own_.sets.of<VolumeConstraint>() = volumes_.make_slots();
   own_.sets.of<NeoHookeanConstraint>() = neo_hookeans_.make_slots();
+  own_.sets.of<FibreConstraint>() = fibres_.make_slots();
   own_.sets.of<MembraneConstraint>() = membranes_.make_slots();
   own_.sets.of<StrainLimitConstraint>() = strain_limits_.make_slots();
   own_.sets.of<BendingConstraint>() = bendings_.make_slots();
@@ -330,6 +333,7 @@ void FakeDevice::take_over(const SolverData& data) {
         neo_hookeans_.take_over(data.sets.of<NeoHookeanConstraint>(), id);
         break;
       case PhaseKind::fibre:
+        fibres_.take_over(data.sets.of<FibreConstraint>(), id);
         break;
       case PhaseKind::membrane:
         membranes_.take_over(data.sets.of<MembraneConstraint>(), id);
@@ -356,6 +360,7 @@ void FakeDevice::take_over(const SolverData& data) {
   refresh(distances_, data);
   refresh(volumes_, data);
   refresh(neo_hookeans_, data);
+  refresh(fibres_, data);
   refresh(membranes_, data);
   refresh(strain_limits_, data);
   refresh(bendings_, data);
@@ -459,7 +464,8 @@ void FakeDevice::check_blocks(const VertexBlocks& blocks, const Changes& changes
                   same_lane(before.springs, after.springs, room.springs, lane) &&
                   same_lane(before.volumes, after.volumes, room.volumes, lane) &&
                   same_lane(before.hinges, after.hinges, room.hinges, lane) &&
-                  same_lane(before.triangles, after.triangles, room.triangles, lane));
+                  same_lane(before.triangles, after.triangles, room.triangles, lane) &&
+                  same_lane(before.fibres, after.fibres, room.fibres, lane));
     }
     is_right = is_right && (is_named || same_counts(before.blocks[b], block));
     if (!is_right) {

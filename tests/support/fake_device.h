@@ -68,6 +68,7 @@ class FakeDevice final : public Backend {
   DeviceRecords<DistanceConstraint> distances_;
   DeviceRecords<VolumeConstraint> volumes_;
   DeviceRecords<NeoHookeanConstraint> neo_hookeans_;
+  DeviceRecords<FibreConstraint> fibres_;
   DeviceRecords<MembraneConstraint> membranes_;
   DeviceRecords<StrainLimitConstraint> strain_limits_;
   DeviceRecords<BendingConstraint> bendings_;

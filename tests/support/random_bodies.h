@@ -18,7 +18,7 @@ namespace pbdsurg::testing {
 /// with fixed vertices and links between them.
 [[nodiscard]] Scene make_bodies(const Solver& solver, Choices& choices);
 
-/// Whether any tetrahedron has fibres; where none has, no edit brings them, as devices want it.
+/// Whether any tetrahedron has fibres; random edits bring some only then.
 [[nodiscard]] bool has_fibres(const Tissue& tissue);
 
 /// Along one of some directions; a third of them are none.

@@ -33,7 +33,7 @@ class RandomPlan {
           std::pair(PhaseKind::strain_limit, per_stage), std::pair(PhaseKind::volume, per_stage),
           std::pair(PhaseKind::volume, per_stage), std::pair(PhaseKind::volume, 0),
           std::pair(PhaseKind::neo_hookean, per_stage), std::pair(PhaseKind::bending, per_stage),
-          std::pair(PhaseKind::membrane, per_stage)}) {
+          std::pair(PhaseKind::membrane, per_stage), std::pair(PhaseKind::fibre, per_stage)}) {
       if (count + spare == 0) {
         continue;
       }

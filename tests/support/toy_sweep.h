@@ -52,8 +52,9 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
       return visit(records.of<BendingConstraint>());
     case PhaseKind::membrane:
       return visit(records.of<MembraneConstraint>());
+    case PhaseKind::fibre:
+      return visit(records.of<FibreConstraint>());
     case PhaseKind::strain_limit:
-    case PhaseKind::fibre:  // of no device
     case PhaseKind::stiff_link:
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:

@@ -9,7 +9,7 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/surgery/lumen.h"
 
-#include "tests/surgery/lumen_cases.h"
+#include "tests/support/lumen_cases.h"
 
 namespace pbdsurg {
 namespace {
@@ -22,23 +22,9 @@ using testing::kLumenStep;
 using testing::kOuter;
 using testing::LumenRecipe;
 using testing::LumenSolver;
+using testing::puncture;
 
 constexpr float kLine = 1e-4F;  // m^2
-
-// Of the upper wall, through it or of its inner half.
-TopologyEdit puncture(const LumenSolver& ball, double outer) {
-  const Tissue& tissue = ball.solver.tissue();
-  const auto x = tissue.rest_positions();
-  TopologyEdit edit;
-  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
-    const Tet& tet = tissue.tets()[t];
-    const Eigen::Vector3d middle = (x[tet[0]] + x[tet[1]] + x[tet[2]] + x[tet[3]]) / 4;
-    if (middle.y() > 0 && std::hypot(middle.x(), middle.z()) < 2.5e-3 && middle.y() < outer) {
-      edit.remove_tets.push_back(t);
-    }
-  }
-  return edit;
-}
 
 LumenSolver blown_up(const LumenRecipe& recipe, float pressure = 300) {
   LumenSolver ball(ball_scene(), recipe.options, {});
@@ -74,7 +60,7 @@ TEST_CASE("lumen: a hole through the wall empties it, and an undo closes it", "[
   INFO(recipe.name);
   LumenSolver ball = blown_up(recipe);
   const double before = ball.lumen->state().amount;
-  ball.solver.tissue().apply(puncture(ball, 1));
+  ball.solver.tissue().apply(puncture(ball.solver.tissue(), 1));
   CHECK(ball.lumen->cavity().is_open());
   CHECK(ball.lumen->cavity().hole_count() == 1);
   const double area = ball.lumen->cavity().hole_area(ball.solver.positions());
@@ -136,7 +122,7 @@ TEST_CASE("lumen: a crater that does not go through leaves pressure as it was", 
   LumenSolver ball = blown_up(recipe);
   const float before = ball.lumen->pressure();
   const double volume = ball.volume();
-  ball.solver.tissue().apply(puncture(ball, (kInner + kOuter) / 2));
+  ball.solver.tissue().apply(puncture(ball.solver.tissue(), (kInner + kOuter) / 2));
   CHECK(!ball.lumen->cavity().is_open());
   CHECK(ball.volume() > volume + 5e-9);
   ball.run(1);
@@ -150,7 +136,7 @@ TEST_CASE("lumen: it goes along with a compaction", "[unit]") {
   const LumenRecipe recipe = any_lumen_recipe();
   INFO(recipe.name);
   LumenSolver ball = blown_up(recipe);
-  ball.solver.tissue().apply(puncture(ball, (kInner + kOuter) / 2));
+  ball.solver.tissue().apply(puncture(ball.solver.tissue(), (kInner + kOuter) / 2));
   ball.run(60);
   const LumenState before = ball.lumen->state();
   const double volume = ball.volume();
@@ -182,7 +168,7 @@ TEST_CASE("lumen: the serial bits on any number of threads", "[equivalence]") {
       each->lumen->set_reservoir(kLine, 200);
       if (each == &ball || threads == 1) {
         each->run(3);
-        each->solver.tissue().apply(puncture(*each, 1));
+        each->solver.tissue().apply(puncture(each->solver.tissue(), 1));
         each->run(3);
       }
     }

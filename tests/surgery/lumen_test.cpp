@@ -11,8 +11,8 @@
 
 #include "bench/support/static_energy.h"
 #include "tests/support/check_refused.h"
+#include "tests/support/lumen_cases.h"
 #include "tests/support/meshes.h"
-#include "tests/surgery/lumen_cases.h"
 
 namespace pbdsurg {
 namespace {

@@ -19,6 +19,7 @@
 namespace pbdsurg {
 
 class CustomConstraints;
+class Filling;
 struct StepContext;
 class Tissue;
 
@@ -207,6 +208,9 @@ class PBDSURG_API CustomConstraints : public Follower {
 
   /// Projects the constraints of one copy, once each.
   virtual void project(ConstraintSweep& sweep) = 0;
+
+  /// What a device projects in their place, without calls: of a Lumen alone.
+  [[nodiscard]] virtual Filling* filling() noexcept { return nullptr; }
 };
 
 }  // namespace pbdsurg

@@ -323,9 +323,10 @@ class PBDSURG_API Solver {
   /// through a face. The first tool that meets edges and triangles has the surfaces of all bodies
   /// found, in O(T log T) of their tetrahedra.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
-  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive,
-  ///                          or a pose that is not a rotation and a translation, or friction out of
-  ///                          range
+  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
+  /// positive,
+  ///                          or a pose that is not a rotation and a translation, or friction out
+  ///                          of range
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
                   const ToolSurface& surface = {});
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,11 +14,14 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/solver/custom_constraints.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/cavity.h"
 
 namespace pbdsurg {
+
+struct FillingLaw;
 
 /// How contents answer to pressure.
 enum class LumenContents : std::uint8_t {
@@ -41,8 +45,11 @@ struct LumenState {
 };
 
 /// The contents of a Cavity: one constraint on its volume whose multiplier is the pressure, so that
-/// the stiffest contents are stable in steps of any length, for a solver on a CPU. Pressure pushes
-/// the wall, and caps over holes, along their normals; those of a closed surface sum to zero.
+/// the stiffest contents are stable in steps of any length. Pressure pushes the wall, and caps over
+/// holes, along their normals; those of a closed surface sum to zero.
+///
+/// For a solver on a CPU, or on a device by projections in compliance mode, launch by launch: there
+/// a pressure that would take the wall where nothing is finite does nothing, and throws nothing.
 ///
 /// At first there is as much as fills the lumen at ambient pressure. Flows are volumes at ambient
 /// pressure, too. Through an orifice of area A, dp below the pressure inside, flow
@@ -63,6 +70,7 @@ class PBDSURG_API Lumen final : public CustomConstraints {
   /// @param wall  closed, as of find_cavities()
   /// @throws InvalidArgument  as Cavity, and naming the option out of range
   Lumen(const Tissue& tissue, std::span<const Triangle> wall, const LumenOptions& options = {});
+  ~Lumen() override;
 
   /// Its walls and holes.
   [[nodiscard]] const Cavity& cavity() const noexcept { return cavity_; }
@@ -111,6 +119,7 @@ class PBDSURG_API Lumen final : public CustomConstraints {
   /// @throws InvalidArgument  if the solver is of another tissue than the wall
   void begin_substep(const ConstraintSweep& sweep) override;
   void project(ConstraintSweep& sweep) override;
+  [[nodiscard]] Filling* filling() noexcept override;
   void follow(const Tissue&, const TissueChange&) noexcept override {}  // cavity_ does
   void undo(const Tissue&, const TissueChange&) noexcept override {}
   void renumber(const Tissue&, const Renumbering&) noexcept override;
@@ -120,20 +129,17 @@ class PBDSURG_API Lumen final : public CustomConstraints {
     LumenState now;             // after the last substep
     std::uint64_t version = 0;  // of the cavity that it fills
     // of a substep
-    double most = 0;       // m^3, what there would be at its end without pressure
-    double drain = 0;      // m^3/Pa, what less by pressure
-    float pressure = 0;    // Pa, the last estimate
-    float multiplier = 0;  // Pa
+    double most = 0, drain = 0;  // as FillingSubstep, like the following
+    float pressure = 0, multiplier = 0;
     std::vector<ConstraintSweep::Corner> corners;  // [vertices of the wall]
-    std::vector<Eigen::Vector3d> ways;             // likewise, m
+    std::vector<Vec3<double>> ways;                // likewise, m
   };
+  class OnDevice;
 
   void list_vertices();
-  [[nodiscard]] bool is_gas() const noexcept { return options_.contents == LumenContents::gas; }
-  [[nodiscard]] double ambient() const noexcept { return options_.ambient_pressure; }
-  [[nodiscard]] double conductance(double area, double difference) const;
+  [[nodiscard]] FillingLaw law() const noexcept;
   [[nodiscard]] double measure(Copy& own, const ConstraintSweep& sweep) const;
-  [[nodiscard]] double volume_of(std::span<const Eigen::Vector3d> places) const;
+  [[nodiscard]] double volume_of(std::span<const Vec3<double>> places) const;
   [[nodiscard]] double hole_area(const ConstraintSweep& sweep) const;
 
   Cavity cavity_;
@@ -142,7 +148,10 @@ class PBDSURG_API Lumen final : public CustomConstraints {
   std::uint64_t listed_ = 0;         // version of the cavity, of these:
   std::vector<Index> vertices_;      // of the cavity
   std::vector<Triangle> triangles_;  // of the cavity, in places of vertices_
+  std::vector<Index> hole_ends_;     // of triangles_
+  Index wall_count_ = 0;             // likewise
   std::vector<Copy> copies_;
+  std::unique_ptr<OnDevice> on_device_;
 };
 
 }  // namespace pbdsurg

@@ -104,7 +104,7 @@ class PBDSURG_API Scene {
   void set_stiffnesses(Index body, std::span<const float> factors);
 
   /// Gives the tetrahedra of a Neo-Hookean body fibres, in place of those that they had. Compliance
-  /// mode only, and no device steps them.
+  /// mode only.
   /// @param fibres  [tet_count of the body]
   /// @throws InvalidArgument  naming the body that is not Neo-Hookean, or the tetrahedron whose
   ///                          direction has not the length 1 or whose stiffness is negative or not

@@ -230,7 +230,8 @@ VertexBlocks::BlockRoom VertexBlocks::room_of(Index block) const noexcept {
           {firsts.springs, counts.springs},
           {firsts.volumes, counts.volumes},
           {firsts.hinges, counts.hinges},
-          {firsts.triangles, counts.triangles}};
+          {firsts.triangles, counts.triangles},
+          {firsts.fibres, counts.fibres}};
 }
 
 void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {

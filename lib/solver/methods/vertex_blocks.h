@@ -113,7 +113,7 @@ class VertexBlocks {
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
     return {blocks_.data(), pulls_.data(),     springs_.data(), volumes_.data(),
-            hinges_.data(), triangles_.data(), strips_.data(),  fibres_.data()};
+            hinges_.data(), triangles_.data(), fibres_.data(),  strips_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
     return {blocks_.data(),         springs_.data(),       volumes_.data(),
@@ -125,8 +125,8 @@ class VertexBlocks {
   /// The rows that are a block's, in use or not: it keeps them where edits give it another index,
   /// and its lanes in use have all of them, padded.
   struct BlockRoom {
-    Index number;                                         ///< below room_count()
-    RowRange pulls, springs, volumes, hinges, triangles;  ///< no device has fibres
+    Index number;  ///< below room_count()
+    RowRange pulls, springs, volumes, hinges, triangles, fibres;
   };
   [[nodiscard]] PBDSURG_API BlockRoom room_of(Index block) const noexcept;
   [[nodiscard]] Index room_count() const noexcept { return room_count_; }
@@ -134,7 +134,7 @@ class VertexBlocks {
   /// How much more of each array an edit may need that brings so much: in none that is empty.
   struct Growth {
     std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, triangles = 0,
-                strips = 0;
+                fibres = 0, strips = 0;
   };
   [[nodiscard]] PBDSURG_API Growth expected_growth(const SpareRoom& spare) const noexcept;
 
@@ -146,15 +146,15 @@ class VertexBlocks {
     std::span<const VolumeRow> volumes;
     std::span<const HingeRow> hinges;
     std::span<const TriangleRow> triangles;
+    std::span<const FibreRow> fibres;
     std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges,
         damped_triangles;  ///< or empty
     std::span<const StripRow> strips;
-    std::span<const FibreRow> fibres;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
-    return {blocks_,    pulls_,          springs_,        volumes_,       hinges_,
-            triangles_, damped_springs_, damped_volumes_, damped_hinges_, damped_triangles_,
-            strips_,    fibres_};
+    return {blocks_,         pulls_,         springs_,          volumes_,
+            hinges_,         triangles_,     fibres_,           damped_springs_,
+            damped_volumes_, damped_hinges_, damped_triangles_, strips_};
   }
 
   /// Where a vertex is; no block holds one that is not free.

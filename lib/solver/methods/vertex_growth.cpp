@@ -496,6 +496,7 @@ VertexBlocks::Growth VertexBlocks::expected_growth(const SpareRoom& spare) const
           volumes_.empty() ? 0 : kVolumes * blocks,
           hinges_.empty() ? 0 : kSpareHinges * blocks,
           triangles_.empty() ? 0 : kTriangles * blocks,
+          fibres_.empty() ? 0 : kVolumes * blocks,
           strips_.empty() ? 0 : kStrips * blocks};
 }
 
@@ -511,8 +512,8 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   volumes_.reserve(volumes_.size() + growth.volumes);
   springs_.reserve(springs_.size() + growth.springs);
   triangles_.reserve(triangles_.size() + growth.triangles);
+  fibres_.reserve(fibres_.size() + growth.fibres);
   strips_.reserve(strips_.size() + growth.strips);
-  fibres_.reserve(fibres_.size() + (fibres_.empty() ? 0 : growth.volumes));
   if (has_damping_) {
     damped_springs_.reserve(springs_.capacity());
     damped_volumes_.reserve(volumes_.capacity());

@@ -90,9 +90,8 @@ struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;
   bool is_damped;  ///< whether some row is
-  RowRange pulls, springs, volumes, hinges, triangles;
+  RowRange pulls, springs, volumes, hinges, triangles, fibres;
   RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
-  RowRange fibres;
 };
 
 /// All of them.
@@ -103,8 +102,8 @@ struct VertexRows {
   const VolumeRow* volumes;
   const HingeRow* hinges;
   const TriangleRow* triangles;
+  const FibreRow* fibres;
   const StripRow* strips = nullptr;
-  const FibreRow* fibres = nullptr;
 };
 
 /// Those that damping changes.

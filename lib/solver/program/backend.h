@@ -93,6 +93,9 @@ class PBDSURG_API Backend {
   /// Makes backends like this one, on its device, in any thread, and also once this one is gone.
   [[nodiscard]] virtual Maker maker() const = 0;
 
+  /// Whether it projects a Filling, where the state lies elsewhere.
+  [[nodiscard]] virtual bool takes_fillings() const noexcept { return false; }
+
   /// Bytes that it holds, on a device or here, beside SolverData.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }
 };

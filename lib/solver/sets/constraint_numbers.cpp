@@ -66,13 +66,6 @@ const Material& material_of(std::span<const Body> bodies, Index vertex) {
   return std::prev(after)->material;
 }
 
-void check_fibre_on(const std::string& what, const Fibre& fibre, const Executor& executor) {
-  if (fibre.stiffness > 0 && executor && executor.kind() == ExecutorKind::device) {
-    throw InvalidArgument(what + " has fibres, which " + executor.name() +
-                          " cannot step; processors can");
-  }
-}
-
 // Of an edge of a part, from the six lengths of the parent.
 float length_between(const std::array<double, 4>& a, const std::array<double, 4>& b,
                      const std::array<double, 6>& lengths) {
@@ -168,25 +161,6 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
                             (is_sheet(body) ? "a sheet" : "Neo-Hookean") +
                             ", which has moduli and no fraction: such bodies need "
                             "the compliance mode");
-    }
-  }
-}
-
-void check_fibres(const Tissue& tissue, const Executor& executor) {
-  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
-    if (tissue.is_tet_alive(t)) {
-      check_fibre_on("tet " + std::to_string(t), tissue.fibre(t), executor);
-    }
-  }
-}
-
-void check_fibres(const TopologyEdit& edit, const Executor& executor) {
-  for (const FibreChange& change : edit.fibres) {
-    check_fibre_on("tet " + std::to_string(change.tet), change.fibre, executor);
-  }
-  for (const Body& body : edit.new_bodies.bodies()) {
-    for (const Fibre& fibre : edit.new_bodies.fibres().subspan(body.first_tet, body.tet_count)) {
-      check_fibre_on("body '" + body.name + "'", fibre, executor);
     }
   }
 }

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/base/executor.h"
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/fibre.h"
@@ -68,11 +67,6 @@ struct ConstraintNumbers {
 
 /// @throws InvalidArgument  naming the Neo-Hookean body or the sheet in fraction mode
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
-
-/// @param tissue  that is what the edit is of
-/// @throws InvalidArgument  naming the tetrahedron that has fibres, if a device is to step it
-void check_fibres(const Tissue& tissue, const Executor& executor);
-void check_fibres(const TopologyEdit& edit, const Executor& executor);
 
 /// @throws InvalidArgument  if there are any in fraction mode
 void check_hinges(std::size_t count, ProjectionMode mode);

@@ -152,7 +152,6 @@ void ConstraintSets::validate(const Tissue& tissue, const TopologyEdit& edit) co
                            [&](Index edge) { return tissue.edge_tets()[edge]; });
   }
   check_materials(edit.new_bodies.bodies(), state_.options.mode);
-  check_fibres(edit, state_.options.executor);
   check_hinges(edit.new_bodies.hinges().size(), state_.options.mode);
 }
 

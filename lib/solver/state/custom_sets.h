@@ -27,6 +27,9 @@ class CustomSets {
   [[nodiscard]] Index count() const noexcept { return static_cast<Index>(sets_.size()); }
   [[nodiscard]] bool empty() const noexcept { return sets_.empty(); }
   [[nodiscard]] CustomConstraints& set(Index index) const { return *sets_[index]; }
+  [[nodiscard]] const std::vector<std::shared_ptr<CustomConstraints>>& sets() const noexcept {
+    return sets_;
+  }
 
   /// @throws InvalidArgument  naming a set that follows a tissue already; then nothing is added
   void add(const Tissue& tissue, std::shared_ptr<CustomConstraints> set);

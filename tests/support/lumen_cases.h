@@ -15,6 +15,7 @@
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/lumen.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "tests/support/catch.h"
 
@@ -78,6 +79,21 @@ struct LumenSolver {
     return lumen->cavity().volume(solver.positions(copy));
   }
 };
+
+/// Takes tissue of the upper wall, through it or of its inner half.
+/// @param outer  m, how far it reaches
+inline TopologyEdit puncture(const Tissue& tissue, double outer) {
+  const auto x = tissue.rest_positions();
+  TopologyEdit edit;
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    const Tet& tet = tissue.tets()[t];
+    const Eigen::Vector3d middle = (x[tet[0]] + x[tet[1]] + x[tet[2]] + x[tet[3]]) / 4;
+    if (middle.y() > 0 && std::hypot(middle.x(), middle.z()) < 2.5e-3 && middle.y() < outer) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  return edit;
+}
 
 constexpr LumenOptions kWater{.contents = LumenContents::liquid, .density = 1000};
 
