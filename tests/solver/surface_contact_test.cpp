@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -100,6 +101,36 @@ TEST_CASE("surface contact: a thin tool feels tissue wherever it meets it", "[va
   CHECK(force.z() < 4 * punch);
   CHECK(deepest > -1e-2F * kEdge);
   CHECK((sum - force).norm() < 0.1F * force.norm());
+}
+
+// Would catch a list of near features that serves for too long: what a tool meets does not depend
+// on when lists were made, which is known from a copy whose far tool moves too fast for any list.
+TEST_CASE("surface contact: lists of near features leave nothing out", "[equivalence]") {
+  const SolverMethod method = any_method();
+  const std::array<Capsule, 2> hook{Capsule{{0, 0, 0}, {0, 0, 40e-3F}, 1e-3F},
+                                    Capsule{{0, 0, 0}, {5e-3F, 1e-3F, 0}, 1e-3F}};
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, 1e-3F};
+  Solver solver(make_block({6, 6, 3}, 3e-3), {.method = method, .copies = 2});
+  const ToolId tool = solver.add_tool(hook, at({7e-3F, 8e-3F, 10.5e-3F}), kAll);
+  const ToolId far = solver.add_tool({&ball, 1}, at({1, 0, 0}), kAll);
+  std::size_t most = 0;
+  for (int i = 1; i <= 80; ++i) {
+    CAPTURE(i);
+    const float t = static_cast<float>(i) / 40;
+    const Eigen::Vector3f tip(7e-3F + 4e-3F * t, 8e-3F + 2e-3F * t,
+                              10.5e-3F - 4e-3F * std::sin(3 * t));
+    for (Index copy = 0; copy < 2; ++copy) {
+      solver.move_tool(tool, at(tip), copy);
+    }
+    solver.move_tool(far, at({1 + 0.1F * static_cast<float>(i % 2), 0, 0}), 1);
+    if (i == 30) {
+      solver.tissue().apply({.remove_tets = {100, 101, 102, 400, 401}});
+    }
+    solver.step(kStep);
+    REQUIRE(solver.state_hash(0) == solver.state_hash(1));
+    most = std::max(most, solver.tool_contacts(tool).size());
+  }
+  CHECK(most > 5);
 }
 
 // Would catch explicit steps that leave out edges and triangles, or count a force twice.

@@ -392,12 +392,14 @@ class ThreadedBackend final : public Backend {
       case StepOperation::push:
         meet(turn);
         push_vertices(vertex_state(step, lengths, 1), turn);
-        if (meets_surfaces(step)) {
+        if (meets_surfaces(step) && !turn.is_idle()) {
           meet(turn);
           if (thread == 0) {
             push_out_of_surfaces(step);
           }
-          meet(turn);
+          if (!turn.is_idle()) {
+            meet(turn);
+          }
         }
         break;
       case StepOperation::settle_holds:  // few: all have met since the sweeps

@@ -3,6 +3,7 @@
 
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/near_search.h"
 #include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
@@ -103,14 +104,16 @@ void place_tools(CopyState& copy, float fraction, float before) {
 void find_contacts(const StepContext& step, const Substep<float>& lengths, StepReport& report) {
   const MovingVertices vertices = moving_vertices(step);
   report.contacts = 0;
-  for (ToolState& tool : step.copy.tools) {
+  refresh_near_lists(step);
+  for (Index t = 0; t < static_cast<Index>(step.copy.tools.size()); ++t) {
+    ToolState& tool = step.copy.tools[t];
     tool.contacts.clear();
     tool.surface_contacts.clear();
     if (!tool.attachments.empty() || (tool.capsules.empty() && tool.half_spaces.empty())) {
       continue;
     }
     if (tool.has_surface()) {
-      find_surface_contacts(step, tool, lengths, report);
+      find_surface_contacts(step, tool, near_features(step, t), lengths, report);
       report.contacts += static_cast<Index>(tool.surface_contacts.size());
       continue;
     }

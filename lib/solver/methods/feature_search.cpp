@@ -19,11 +19,12 @@ using Vector = Vec3<float>;
 // The search of one tool.
 class FeatureSearch {
  public:
-  FeatureSearch(const StepContext& step, ToolState& tool, const Substep<float>& lengths,
-                StepReport& report)
+  FeatureSearch(const StepContext& step, ToolState& tool, const NearFeatures* near,
+                const Substep<float>& lengths, StepReport& report)
       : step_(step),
         vertices_(moving_vertices(step)),
         tool_(tool),
+        near_(near),
         inverse_dt_squared_(lengths.inverse_dt_squared),
         report_(report),
         box_(swept_box(tool)) {}
@@ -31,7 +32,10 @@ class FeatureSearch {
   void run() {
     tool_.surface_contacts.clear();
     const auto count = static_cast<Index>(step_.copy.particles.size());
-    for (Index place = 0; place < count && !tool_.placed_capsules.empty(); ++place) {
+    if (near_ != nullptr) {
+      std::ranges::for_each(near_->vertices, [&](Index place) { consider(std::array{place}); });
+    }
+    for (Index place = 0; near_ == nullptr && place < count && !tool_.capsules.empty(); ++place) {
       consider(std::array{place});
     }
     for (const HalfSpace& half_space : tool_.half_spaces) {
@@ -40,7 +44,10 @@ class FeatureSearch {
         consider(place, swept);
       }
     }
-    if (tool_.meets_triangles()) {
+    if (near_ != nullptr) {
+      std::ranges::for_each(near_->triangles,
+                            [&](const auto& triangle) { consider_all(triangle); });
+    } else if (tool_.meets_triangles()) {
       step_.data.surface.for_each_triangle([&](const auto& triangle) { consider_all(triangle); });
     }
     // equal ones are the same: edges that four triangles share, triangles with two sides
@@ -152,6 +159,7 @@ class FeatureSearch {
   const StepContext& step_;
   MovingVertices vertices_;
   ToolState& tool_;
+  const NearFeatures* near_;
   float inverse_dt_squared_;
   StepReport& report_;
   ContactBox box_;
@@ -185,9 +193,9 @@ SweptHalfSpace swept_half_space(const ToolState& tool, const HalfSpace& half_spa
   return swept;
 }
 
-void find_surface_contacts(const StepContext& step, ToolState& tool, const Substep<float>& lengths,
-                           StepReport& report) {
-  FeatureSearch(step, tool, lengths, report).run();
+void find_surface_contacts(const StepContext& step, ToolState& tool, const NearFeatures* near,
+                           const Substep<float>& lengths, StepReport& report) {
+  FeatureSearch(step, tool, near, lengths, report).run();
 }
 
 void remember_contacts(ToolState& tool, float inverse_dt_squared) {

@@ -11,6 +11,7 @@
 #include "lib/solver/methods/feature_meeting.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/load_store.h"
+#include "lib/solver/state/near_features.h"
 #include "lib/solver/state/tool_state.h"
 
 namespace pbdsurg {
@@ -21,11 +22,12 @@ namespace pbdsurg {
 /// axis is straight above it, or the axis pierces it; so each place of touch belongs to one of
 /// them. A feature stays on the side where the tool met it first, for as long as they are near.
 ///
-/// Cost: O(vertices + triangles), and O(n log n) of n near ones.
+/// Cost: O(n log n) of n near ones, and O(vertices + triangles) where these are not listed.
 /// @param tool     placed at the end of the substep and, in `capsules_before`, at its start
+/// @param near     what its capsules may touch; null: anything
 /// @param lengths  of the substep
-void find_surface_contacts(const StepContext& step, ToolState& tool, const Substep<float>& lengths,
-                           StepReport& report);
+void find_surface_contacts(const StepContext& step, ToolState& tool, const NearFeatures* near,
+                           const Substep<float>& lengths, StepReport& report);
 
 [[nodiscard]] inline PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end)};

@@ -250,8 +250,8 @@ std::size_t CopyState::memory_bytes() const noexcept {
     bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
                       tool.contacts, tool.surface_contacts, tool.remembered);
   }
-  bytes += bytes_of(touches.contacts, touches.remembered, touches.search.seen,
-                    touches.search.candidates);
+  bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.search.seen,
+                                          touches.search.candidates);
   for (const TouchTree& tree : touches.search.trees) {
     bytes += sizeof(tree) + bytes_of(tree.order, tree.boxes);
   }

@@ -18,6 +18,7 @@
 
 #include "lib/solver/program/backend.h"
 #include "lib/solver/state/changes.h"
+#include "lib/solver/state/near_features.h"
 #include "lib/solver/state/particle.h"
 #include "lib/solver/state/tissue_touch.h"
 #include "lib/solver/state/tool_state.h"
@@ -38,6 +39,7 @@ struct CopyState {
   std::vector<Load> forces;                 // [place] N, empty while none was set
   CopyFactors factors;
   std::vector<ToolState> tools;
+  NearLists near;
   TissueTouches touches;
   Index attachment_colors = 0;
   bool is_state_current = true;                    // else the arrays above are the backend's
