@@ -297,6 +297,22 @@ std::vector<Index> World::grasp_near(ToolId tool, BodyId body, float radius, flo
   return vertices;
 }
 
+void World::grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip) {
+  data_->solver_of(tool).grasp(tool, points, grip);
+}
+
+std::size_t World::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip) {
+  return data_->solver_of(tool).close_jaws(tool, jaws, grip);
+}
+
+void World::set_clamp_force(ToolId tool, float force) {
+  data_->solver_of(tool).set_clamp_force(tool, force);
+}
+
+GripReport World::grip(ToolId tool) const {
+  return data_->solver_of(tool).tool_grip(tool);
+}
+
 void World::release(ToolId tool) {
   data_->solver_of(tool).release(tool);
 }

@@ -271,6 +271,7 @@ void FakeDevice::take_all(const SolverData& data) {
         break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
+      case PhaseKind::grip:
       case PhaseKind::contact:
       case PhaseKind::body_contact:
       case PhaseKind::custom:
@@ -338,6 +339,7 @@ void FakeDevice::take_over(const SolverData& data) {
         break;
       case PhaseKind::joint:
       case PhaseKind::attachment:
+      case PhaseKind::grip:
       case PhaseKind::contact:
       case PhaseKind::body_contact:
       case PhaseKind::custom:

@@ -3,6 +3,7 @@
 
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
@@ -35,14 +36,6 @@ void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
 
 PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end)};
-}
-
-// Of a force on tissue, at a point of the scene.
-void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
-  if (force.allFinite() && point.allFinite()) {  // a vertex that is lost has none
-    tool.force -= force;
-    tool.torque -= (point - tool.placed.translation()).cross(force);
-  }
 }
 
 void find_contacts_of(const MovingVertices& vertices, Index count,
@@ -85,6 +78,7 @@ void begin_tools(CopyState& copy) {
   for (ToolState& tool : copy.tools) {
     tool.force.setZero();
     tool.torque.setZero();
+    begin_grip(tool.grip);
   }
 }
 
@@ -99,6 +93,7 @@ void place_tools(CopyState& copy, float fraction, float before) {
       attachment.target = pose * attachment.anchor;
       attachment.multiplier.setZero();
     }
+    place_grip(tool.grip, pose);
     tool.placed = pose;
     place_capsules(tool.capsules, pose, tool.placed_capsules);
   }
@@ -107,10 +102,11 @@ void place_tools(CopyState& copy, float fraction, float before) {
 void find_contacts(const StepContext& step, const Substep<float>& lengths, StepReport& report) {
   const MovingVertices vertices = moving_vertices(step);
   report.contacts = 0;
-  for (ToolState& tool : step.copy.tools) {
+  for (std::size_t t = 0; t < step.copy.tools.size(); ++t) {
+    ToolState& tool = step.copy.tools[t];
     tool.contacts.clear();
     tool.surface_contacts.clear();
-    if (!tool.attachments.empty() || (tool.capsules.empty() && tool.half_spaces.empty())) {
+    if (!step.copy.pushes(static_cast<Index>(t))) {
       continue;
     }
     if (tool.has_surface()) {
@@ -140,6 +136,14 @@ void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
     for (const Attachment& attachment : tool.attachments) {
       feel(scale * attachment.multiplier, attachment.target, tool);
     }
+    collect_grip(tool, scale);
+  }
+}
+
+void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
+  if (force.allFinite() && point.allFinite()) {
+    tool.force -= force;
+    tool.torque -= (point - tool.placed.translation()).cross(force);
   }
 }
 

@@ -73,7 +73,7 @@ void find_residuals(const StepContext& step, const VertexState& state, Index blo
 [[nodiscard]] bool has_holds_to_settle(const StepContext& step) noexcept;
 
 /// Moves them, colour by colour.
-void settle_holds(const StepContext& step, const VertexState& state);
+void settle_holds(const StepContext& step, const VertexState& state, const Substep<float>& lengths);
 
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(const StepContext& step, const VertexState& state, Index color);
