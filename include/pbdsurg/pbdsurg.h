@@ -48,6 +48,7 @@
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/constraints/volume.h"
+#include "pbdsurg/contact/between_jaws.h"
 #include "pbdsurg/contact/contact_patch.h"
 #include "pbdsurg/contact/contact_probe.h"
 #include "pbdsurg/contact/proximity.h"

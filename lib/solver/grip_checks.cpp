@@ -23,21 +23,6 @@ void check_unit(const char* what, const Eigen::Vector3f& direction) {
   }
 }
 
-void check_pad(const JawPad& pad) {
-  if (!pad.center.allFinite()) {
-    throw InvalidArgument("the pad's center is not finite");
-  }
-  check_unit("the pad's normal", pad.normal);
-  check_unit("the pad's direction along the jaws", pad.along);
-  const float cosine = pad.normal.dot(pad.along);
-  if (!(std::abs(cosine) < kRounding)) {
-    throw InvalidArgument("the pad's normal and its direction along the jaws have a cosine of " +
-                          describe(cosine) + "; they must be at a right angle");
-  }
-  check_positive("the pad's half length", pad.half_length, " m");
-  check_positive("the pad's half width", pad.half_width, " m");
-}
-
 [[noreturn]] void refuse(std::size_t point, const std::string& why) {
   throw InvalidArgument("point " + std::to_string(point) + " " + why);
 }
@@ -93,6 +78,21 @@ void check_takes_grips(const SolverData& data) {
     throw InvalidArgument(
         "in explicit steps tools hold without a limit: grasp() takes vertices alone");
   }
+}
+
+void check_pad(const JawPad& pad) {
+  if (!pad.center.allFinite()) {
+    throw InvalidArgument("the pad's center is not finite");
+  }
+  check_unit("the pad's normal", pad.normal);
+  check_unit("the pad's direction along the jaws", pad.along);
+  const float cosine = pad.normal.dot(pad.along);
+  if (!(std::abs(cosine) < kRounding)) {
+    throw InvalidArgument("the pad's normal and its direction along the jaws have a cosine of " +
+                          describe(cosine) + "; they must be at a right angle");
+  }
+  check_positive("the pad's half length", pad.half_length, " m");
+  check_positive("the pad's half width", pad.half_width, " m");
 }
 
 void check_grip(const Grip& grip) {

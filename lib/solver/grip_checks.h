@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <span>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/ids.h"
 #include "pbdsurg/solver/grip.h"
 
@@ -19,6 +20,9 @@ namespace pbdsurg {
 void check_takes_grips(const SolverData& data);
 
 /// @throws InvalidArgument  naming the value out of range
+PBDSURG_API void check_pad(const JawPad& pad);
+
+/// @throws InvalidArgument  likewise
 void check_grip(const Grip& grip);
 
 /// @throws InvalidArgument  unless it is finite and not negative
@@ -32,7 +36,7 @@ void check_points(const Tissue& tissue, std::span<const TissuePoint> points);
 void check_holds_nothing(const ToolState& tool, ToolId id);
 
 /// Whether there are three places at least that are not on a line.
-[[nodiscard]] bool can_be_held(std::span<const Eigen::Vector3f> places);
+[[nodiscard]] PBDSURG_API bool can_be_held(std::span<const Eigen::Vector3f> places);
 
 /// Of a grip from elsewhere.
 /// @throws InvalidArgument  as above, and naming the jaw that there is not or the point that is not

@@ -148,6 +148,18 @@ void Solver::set_clamp_force(ToolId tool, float force, Index copy) {
   state.grip.limits.clamp_force = force;
 }
 
+std::vector<ToolId> Solver::lost_grips(Index copy) const {
+  const CopyState& owner = checked_copy(*data_, copy);
+  data_->finish_running_step();
+  std::vector<ToolId> lost;
+  for (std::size_t t = 0; t < owner.tools.size(); ++t) {
+    if (owner.tools[t].grip.let_go_now) {
+      lost.emplace_back(static_cast<Index>(t));
+    }
+  }
+  return lost;
+}
+
 GripReport Solver::tool_grip(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();

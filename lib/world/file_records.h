@@ -445,8 +445,9 @@ void visit_members(Record& corner, Visit& visit) {
 }
 template <RecordOf<ToolGrip> Record, class Visit>
 void visit_members(Record& grip, Visit& visit) {
-  auto& [limits, state, jaws, points, corners, normal, slide, slid_before, pull, slid, torn] = grip;
-  visit(limits, state, jaws, points, corners, normal, slide, pull, slid, torn);
+  auto& [limits, state, jaws, points, corners, normal, slide, slid_before, pull, slid, torn,
+         let_go_now] = grip;
+  visit(limits, state, jaws, points, corners, normal, slide, pull, slid, torn, let_go_now);
 }
 template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {

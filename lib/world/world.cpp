@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "pbdsurg/contact/between_jaws.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/membrane.h"
@@ -299,6 +300,17 @@ std::vector<Index> World::grasp_near(ToolId tool, BodyId body, float radius, flo
 
 void World::grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip) {
   data_->solver_of(tool).grasp(tool, points, grip);
+}
+
+std::size_t World::grasp_between(ToolId tool, BodyId body, float opening, const Grip& grip,
+                                 float spacing) {
+  Solver& solver = data_->solver_of(tool);
+  const std::vector<TissuePoint> points =
+      find_points_between(solver, data_->bodies.in_tissue(body), tool, grip.pad, opening, spacing);
+  if (!points.empty()) {
+    solver.grasp(tool, points, grip);
+  }
+  return points.size();
 }
 
 std::size_t World::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip) {

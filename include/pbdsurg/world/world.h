@@ -59,6 +59,7 @@ struct Frame {
       removed_triangles = 0,             ///< of sheets, likewise
       removed_links = 0;                 ///< likewise
   Index parted_strands = 0;              ///< for any cause: ConnectiveTissue::events()
+  std::vector<ToolId> lost_grips;        ///< tools whose jaws slipped off or tore tissue: grip()
   std::vector<RefusedEdit> refused;      ///< in the order in which they were asked
   /// s of the processor's clock. The only part of a frame that differs from run to run.
   struct Times {
@@ -322,6 +323,11 @@ class PBDSURG_API World {
   std::vector<Index> grasp_near(ToolId tool, BodyId body, float radius, float compliance = 0);
   /// As Solver::grasp() by jaws that press with a force.
   void grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip);
+  /// Grasps so what of a body lies between the tool's jaws, where that is now, and nothing if they
+  /// cannot hold it: see find_points_between().
+  /// @return  how many points there are
+  std::size_t grasp_between(ToolId tool, BodyId body, float opening, const Grip& grip,
+                            float spacing = 2e-3F);
   /// As Solver::close_jaws().
   std::size_t close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip);
   /// As Solver::set_clamp_force().

@@ -274,6 +274,7 @@ bool end_grip(ToolState& tool) {
 void begin_grip(ToolGrip& grip) {
   grip.pull.setZero();
   grip.slid = 0;
+  grip.let_go_now = false;
   for (GripPoint& point : grip.points) {
     point.force.setZero();
   }

@@ -31,6 +31,7 @@ void ToolGrip::find_corners() {
 
 void ToolGrip::let_go(GripState why) {
   state = why;
+  let_go_now = true;
   points.clear();
   corners.clear();
   jaws.fill(kInvalidIndex);

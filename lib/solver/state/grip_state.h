@@ -48,6 +48,7 @@ struct ToolGrip {
   Eigen::Vector3f pull{0, 0, 0};    ///< N, on the tissue, along the pad, mean of the last step
   float slid = 0;                   ///< m, in the last step
   std::vector<Index> torn;          ///< vertices, ascending
+  bool let_go_now = false;          ///< whether it was lost or torn in the last step
 
   /// Whether jaws are shut around something.
   [[nodiscard]] bool is_shut() const noexcept {
