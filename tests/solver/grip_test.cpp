@@ -157,10 +157,11 @@ TEST_CASE("grip: what pulls with more slides, then falls freely", "[validation]"
 // compared with that of the same slab that is held.
 TEST_CASE("grip: a slab that is pulled slips at 2 mu N", "[validation]") {
   const SolverMethod method = any_method();
-  CAPTURE(static_cast<int>(method));
+  const auto integration = GENERATE(TimeIntegration::implicit_euler, TimeIntegration::bdf2);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   constexpr float kLimit = 0.3F;
   const HeldSlab slab;
-  Solver solver(slab.scene, {.method = method, .damping = 5});
+  Solver solver(slab.scene, {.method = method, .damping = 5, .integration = integration});
   const ToolId tool = grasp_slab(solver, slab, HeldSlab::grip(kLimit));
   const double start = mean_of(solver, slab.held()).x();
   const auto is_holding = [&] { return solver.tool_grip(tool).state == GripState::holding; };
@@ -187,6 +188,18 @@ TEST_CASE("grip: a slab that is pulled slips at 2 mu N", "[validation]") {
   }
   const double slipping_way = mean_of(solver, slab.held()).x() - start;
   CHECK(slipping_way / held_way == Approx(kLimit / held_force).epsilon(0.02));
+}
+
+// Would catch multipliers that fraction mode does not clear or scale.
+TEST_CASE("grip: the limit holds in fraction mode, too") {
+  constexpr float kLimit = 0.02F;
+  const HeldSlab slab(true, {.stretch = {.fraction = 0.3F}});
+  Solver solver(slab.scene,
+                {.mode = ProjectionMode::fraction, .substeps = 2, .iterations = 10, .damping = 5});
+  const ToolId tool = grasp_slab(solver, slab, HeldSlab::grip(kLimit));
+  pull(solver, tool, 1, [&] { REQUIRE(solver.tool_force(tool).norm() < 1.5F * kLimit); });
+  CHECK(solver.tool_grip(tool).state == GripState::slipping);
+  CHECK(solver.tool_force(tool).x() == Approx(-kLimit).epsilon(0.01));
 }
 
 // Would catch a clamp force that is read once only, and one of a stiffer copy in other units.

@@ -5,6 +5,11 @@
 #include <cmath>
 
 namespace pbdsurg {
+namespace {
+
+constexpr float kLeastWidth = 0.25F;  // of the pad's
+
+}  // namespace
 
 void ToolGrip::find_corners() {
   corners.clear();
@@ -45,7 +50,7 @@ float ToolGrip::width_across(const Eigen::Vector3f& direction) const {
     low = i == 0 ? place : std::min(low, place);
     high = i == 0 ? place : std::max(high, place);
   }
-  return high - low;
+  return std::max(high - low, kLeastWidth * 2 * limits.pad.half_width);  // of a single row, say
 }
 
 std::size_t ToolGrip::memory_bytes() const noexcept {

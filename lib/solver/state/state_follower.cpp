@@ -367,6 +367,11 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
   log_fixing(change.edit);
   has_other_holds_ = !state_.releases.empty() || !state_.grip_releases.empty() || lets_go;
   hold_again();
+  if (state_.has_grips()) {  // on what the edit had made
+    release_dead_points(tissue);
+    has_other_holds_ = has_other_holds_ || !state_.grip_releases.empty();
+    state_.grip_releases.clear();
+  }
   const bool holds_again = !state_.releases.empty();
   for (; !state_.releases.empty(); state_.releases.pop_back()) {
     const SolverState::Release& release = state_.releases.back();
