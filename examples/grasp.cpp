@@ -51,6 +51,7 @@ int main() try {
   grip.pad.half_length = 6e-3F;  // m
   grip.clamp_force = 2;          // N
   grip.friction = 0.8F;          // profiled
+  grip.tear_strength = pbdsurg::tear_strength::kLiver;
   const pbdsurg::ToolId grasper = world.add_tool({}, at(0.022F));
   const std::size_t held = world.grasp_between(grasper, liver, 16e-3F, grip);
   pbdsurg::GripReport report = pull(world, grasper, 5e-3F);
@@ -60,15 +61,7 @@ int main() try {
   report = pull(world, grasper, 10e-3F);
   std::printf("slips at %.2f N of %.2f N\n", report.pull.norm(), report.slip_limit);
 
-  world.release(grasper);
-  for (int i = 0; i < 100; ++i) {
-    step(world);
-  }
-  world.move(grasper, at(0.022F));
-  step(world);
-  grip.clamp_force = 10;
-  grip.tear_strength = pbdsurg::tear_strength::kLiver;
-  world.grasp_between(grasper, liver, 16e-3F, grip);
+  world.set_clamp_force(grasper, 10);  // and clenches
   report = pull(world, grasper, 50e-3F);
   if (report.state != pbdsurg::GripState::torn) {
     throw pbdsurg::Error("nothing tore");

@@ -59,7 +59,7 @@ struct HangingSlab {
   }
 
   void step_for(double seconds) {
-    for (int i = 0; i * double{kStep} < seconds; ++i) {
+    for (auto left = std::lround(seconds / double{kStep}); left > 0; --left) {
       solver.step(kStep);
     }
   }

@@ -36,7 +36,7 @@ Eigen::Vector3f place_of(const TissuePoint& point, const Scene& scene) {
   return x;
 }
 
-constexpr JawPad kPad{.half_length = 4e-3F, .half_width = 2e-3F};
+const JawPad kPad{.half_length = 4e-3F, .half_width = 2e-3F};
 
 }  // namespace
 

@@ -193,13 +193,13 @@ TEST_CASE("grip: a slab that is pulled slips at 2 mu N", "[validation]") {
 // Would catch multipliers that fraction mode does not clear or scale.
 TEST_CASE("grip: the limit holds in fraction mode, too") {
   constexpr float kLimit = 0.02F;
-  const HeldSlab slab(true, {.stretch = {.fraction = 0.3F}});
+  const HeldSlab slab(true, {.model = ElasticModel::springs, .stretch = {.fraction = 0.3F}});
   Solver solver(slab.scene,
                 {.mode = ProjectionMode::fraction, .substeps = 2, .iterations = 10, .damping = 5});
   const ToolId tool = grasp_slab(solver, slab, HeldSlab::grip(kLimit));
   pull(solver, tool, 1, [&] { REQUIRE(solver.tool_force(tool).norm() < 1.5F * kLimit); });
   CHECK(solver.tool_grip(tool).state == GripState::slipping);
-  CHECK(solver.tool_force(tool).x() == Approx(-kLimit).epsilon(0.01));
+  CHECK(solver.tool_force(tool).x() == Approx(-kLimit).epsilon(0.05));
 }
 
 // Would catch a clamp force that is read once only, and one of a stiffer copy in other units.

