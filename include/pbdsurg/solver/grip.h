@@ -47,8 +47,9 @@ struct Grip {
   /// profiled ones with 3 N (Heijnsdijk et al., Surg. Endosc. 18 (2004) 974, caecum of pigs): that
   /// is 0.11 and 0.83.
   float friction = 0.8F;
-  /// N/m, positive: of the pull along the pad over the width of what is grasped, across the pull;
-  /// beyond it the tissue tears. See pbdsurg/tissue/tear_strength.h.
+  /// N/m, positive: of the mean pull of a step along the pad, over the width of what is grasped,
+  /// across the pull, which is a quarter of the pad's at least. Beyond it the tissue tears. See
+  /// pbdsurg/tissue/tear_strength.h.
   float tear_strength = std::numeric_limits<float>::infinity();
   float compliance = 5e-4F;  ///< m/N, positive, of each point
 };
