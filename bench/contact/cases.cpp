@@ -21,15 +21,6 @@ constexpr float kGravity = 9.81F;
 constexpr double kModulus = 10e3, kRatio = 0.45;
 constexpr ToolSurface kSmooth{ContactFeatures::all, 0};
 
-ContactOutcome compare(double value, double expected) {
-  return {value, expected, 100 * (value / expected - 1)};
-}
-
-// @param unit  what an error of 100 % would be
-ContactOutcome compare_to_zero(double value, double unit) {
-  return {value, 0, 100 * value / unit};
-}
-
 Scene scene_of(TetMesh mesh, const Material& material) {
   Scene scene;
   scene.add_body("block", std::move(mesh), material);
@@ -241,6 +232,14 @@ ContactOutcome shoot(const SolverOptions& options, int shots, float step) {
 }
 
 }  // namespace
+
+ContactOutcome compare(double value, double expected) {
+  return {value, expected, 100 * (value / expected - 1)};
+}
+
+ContactOutcome compare_to_zero(double value, double unit) {
+  return {value, 0, 100 * value / unit};
+}
 
 std::vector<ContactCase> contact_cases() {
   const Capsule tip{{0, 0, 0}, {0, 0, 20e-3F}, 1e-3F};

@@ -27,6 +27,11 @@ struct ContactCase {
   std::function<ContactOutcome(const SolverOptions&)> run;
 };
 
+[[nodiscard]] ContactOutcome compare(double value, double expected);
+
+/// @param unit  what an error of 100 % would be
+[[nodiscard]] ContactOutcome compare_to_zero(double value, double unit);
+
 [[nodiscard]] std::vector<ContactCase> contact_cases();
 
 }  // namespace pbdsurg::bench

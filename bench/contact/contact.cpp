@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include "apps/support/executors.h"
 #include "bench/contact/cases.h"
+#include "bench/contact/grasp_cases.h"
 #include "bench/support/program.h"
 #include "bench/support/table_files.h"
 
@@ -43,7 +45,9 @@ void run(const Arguments& arguments) {
   Json rows = Json::array();
   std::string text = "# Contact\n\n" + markdown_header("case", columns);
   std::fputs(text.c_str(), stdout);
-  for (const ContactCase& each : contact_cases()) {
+  std::vector<ContactCase> cases = contact_cases();
+  std::ranges::move(grasp_cases(), std::back_inserter(cases));
+  for (const ContactCase& each : cases) {
     if (arguments.quick && !each.is_quick) {
       continue;
     }

@@ -53,10 +53,11 @@ inline constexpr int kHolderCount = 9;
     case PhaseKind::joint:
     case PhaseKind::vertex:
     case PhaseKind::attachment:
+    case PhaseKind::grip:
     case PhaseKind::contact:
     case PhaseKind::body_contact:
     case PhaseKind::custom:
-      break;  // the last five have no records
+      break;  // the last six have no records
   }
   return Holder::volume;
 }
@@ -83,10 +84,11 @@ inline constexpr int kHolderCount = 9;
     case PhaseKind::volume:
     case PhaseKind::vertex:
     case PhaseKind::attachment:
+    case PhaseKind::grip:
     case PhaseKind::contact:
     case PhaseKind::body_contact:
     case PhaseKind::custom:
-      break;  // the last five have no records
+      break;  // the last six have no records
   }
   return DeviceArray::volumes;
 }

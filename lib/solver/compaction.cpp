@@ -53,6 +53,21 @@ void renumber(std::vector<RememberedTouch>& touches, const std::vector<Index>& p
   std::ranges::sort(touches, {}, &RememberedTouch::slot);
 }
 
+// @param vertices  their ids now, of those before; points that are held are of living ones
+void renumber(ToolGrip& grip, const std::vector<Index>& vertices) {
+  for (GripPoint& point : grip.points) {
+    const std::span<Index> corners(point.at.vertices.data(),
+                                   static_cast<std::size_t>(corner_count(point.at)));
+    std::ranges::transform(corners, corners.begin(), [&](Index v) { return vertices[v]; });
+  }
+  if (!grip.points.empty()) {
+    grip.find_corners();
+  }
+  std::ranges::transform(grip.torn, grip.torn.begin(), [&](Index v) { return vertices[v]; });
+  std::erase(grip.torn, kInvalidIndex);
+  std::ranges::sort(grip.torn);
+}
+
 void move_pairs(const ContactBodies& from, ContactBodies& to, const std::vector<Index>& bodies) {
   std::vector<ContactPair> pairs;
   for (const ContactPair& pair : from.pairs()) {
@@ -97,6 +112,7 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
       for (Attachment& held : tool.attachments) {
         held.vertex = ids.vertices[held.vertex];
       }
+      renumber(tool.grip, ids.vertices);
       tool.contacts.clear();  // of a substep, by places
       tool.surface_contacts.clear();
       renumber(tool.remembered, places);

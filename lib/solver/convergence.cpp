@@ -243,6 +243,9 @@ void leave_out_held(const SolverData& data, const CopyState& copy, Ending& endin
     for (const Attachment& attachment : tool.attachments) {
       ending.counts[data.place_of_vertex[attachment.vertex]] = false;
     }
+    for (const GripCorner& corner : tool.grip.corners) {
+      ending.counts[data.place_of_vertex[corner.vertex]] = false;
+    }
     for (const Contact& contact : tool.contacts) {
       ending.counts[contact.place] = false;
     }

@@ -8,6 +8,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/base/check.h"
+#include "lib/solver/grip_checks.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/sets/constraint_groups.h"
 #include "lib/solver/solver_checks.h"
@@ -87,6 +88,7 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
     for (std::size_t i = 0; i < own.tools.size(); ++i) {
       check_tool(solver.tissue(), ToolId(static_cast<Index>(i)), own.tools[i]);
       check_remembered(data, own.tools[i]);
+      check_grip_state(data, own.tools[i].grip, own.tools.size());
     }
   }
 }
@@ -235,7 +237,8 @@ std::size_t memory_bytes(const SolverMotion& motion) noexcept {
              bytes_of(snapshot.velocities_before) + bytes_of(snapshot.forces) +
              bytes_of(copy.watched_positions);
     for (const ToolState& tool : copy.tools) {
-      bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments);
+      bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments) +
+               tool.grip.memory_bytes();
     }
   }
   return bytes;

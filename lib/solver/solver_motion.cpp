@@ -254,6 +254,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     ToolState& tool = state.tools[t];
     tool.pose = tool.target = snapshot.tool_poses[t];
     tool.attachments.clear();
+    tool.grip = {};
     data_->forget_releases(copy, static_cast<Index>(t));
     tool.contacts.clear();
     tool.surface_contacts.clear();

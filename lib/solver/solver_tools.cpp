@@ -6,6 +6,7 @@
 
 #include "pbdsurg/solver/solver.h"
 
+#include "lib/solver/grip_checks.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
@@ -74,6 +75,9 @@ void Solver::grasp(ToolId tool, std::span<const Index> vertices, float complianc
   CopyState& owner = checked_copy(*data_, copy);
   ToolState& state = checked_tool(owner, tool);
   check_grasp_compliance(compliance);
+  if (state.grip.is_shut()) {
+    check_holds_nothing(state, tool);
+  }
   std::vector<bool> held(data_->particles.size(), false);
   for (const Attachment& attachment : state.attachments) {
     held[attachment.vertex] = true;
@@ -99,6 +103,7 @@ void Solver::release(ToolId tool, Index copy) {
   ToolState& state = checked_tool(owner, tool);
   data_->finish_running_step();
   state.attachments.clear();
+  state.grip = {};
   data_->forget_releases(copy, tool);
   owner.color_attachments();
   data_->changes.tools = true;

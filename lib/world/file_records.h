@@ -57,6 +57,8 @@ struct StrandsRecord {
 template <>
 inline constexpr auto kLast<ContactFeatures> = ContactFeatures::all;
 template <>
+inline constexpr auto kLast<GripState> = GripState::torn;
+template <>
 inline constexpr auto kLast<ElasticModel> = ElasticModel::neo_hookean;
 template <>
 inline constexpr auto kLast<SolverMethod> = SolverMethod::explicit_steps;
@@ -416,11 +418,43 @@ void visit_members(Record& contact, Visit& visit) {
   visit(feature, normal, force, friction);
 }
 // without what is of a substep
+template <RecordOf<TissuePoint> Record, class Visit>
+void visit_members(Record& point, Visit& visit) {
+  auto& [vertices, weights] = point;
+  visit(vertices, weights);
+}
+template <RecordOf<JawPad> Record, class Visit>
+void visit_members(Record& pad, Visit& visit) {
+  auto& [center, normal, along, half_length, half_width] = pad;
+  visit(center, normal, along, half_length, half_width);
+}
+template <RecordOf<Grip> Record, class Visit>
+void visit_members(Record& grip, Visit& visit) {
+  auto& [pad, clamp_force, friction, tear_strength, compliance] = grip;
+  visit(pad, clamp_force, friction, tear_strength, compliance);
+}
+template <RecordOf<GripPoint> Record, class Visit>
+void visit_members(Record& point, Visit& visit) {
+  auto& [at, anchor, target, multiplier, force] = point;
+  visit(at, anchor, target, multiplier, force);
+}
+template <RecordOf<GripCorner> Record, class Visit>
+void visit_members(Record& corner, Visit& visit) {
+  auto& [vertex, share] = corner;
+  visit(vertex, share);
+}
+template <RecordOf<ToolGrip> Record, class Visit>
+void visit_members(Record& grip, Visit& visit) {
+  auto& [limits, state, jaws, points, corners, normal, slide, slid_before, pull, slid, torn,
+         let_go_now] = grip;
+  visit(limits, state, jaws, points, corners, normal, slide, pull, slid, torn, let_go_now);
+}
 template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {
   auto& [capsules, half_spaces, pose, target, attachments, placed_before, placed, placed_capsules,
-         capsules_before, contacts, surface, surface_contacts, remembered, force, torque] = tool;
-  visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque);
+         capsules_before, contacts, surface, surface_contacts, remembered, force, torque, grip] =
+      tool;
+  visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque, grip);
 }
 template <RecordOf<StepReport> Record, class Visit>
 void visit_members(Record& report, Visit& visit) {

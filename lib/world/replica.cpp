@@ -11,6 +11,18 @@ void Replica::move(ToolId tool, const ToolPose& pose) {
 void Replica::grasp(ToolId tool, std::span<const Index> vertices, float compliance) {
   solver_->grasp(tool, vertices, compliance, id_);
 }
+void Replica::grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip) {
+  solver_->grasp(tool, points, grip, id_);
+}
+std::size_t Replica::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip) {
+  return solver_->close_jaws(tool, jaws, grip, id_);
+}
+void Replica::set_clamp_force(ToolId tool, float force) {
+  solver_->set_clamp_force(tool, force, id_);
+}
+GripReport Replica::grip(ToolId tool) const {
+  return solver_->tool_grip(tool, id_);
+}
 void Replica::release(ToolId tool) {
   solver_->release(tool, id_);
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "pbdsurg/contact/between_jaws.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/membrane.h"
@@ -295,6 +296,33 @@ std::vector<Index> World::grasp_near(ToolId tool, BodyId body, float radius, flo
     solver.grasp(tool, vertices, compliance);
   }
   return vertices;
+}
+
+void World::grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip) {
+  data_->solver_of(tool).grasp(tool, points, grip);
+}
+
+std::size_t World::grasp_between(ToolId tool, BodyId body, float opening, const Grip& grip,
+                                 float spacing) {
+  Solver& solver = data_->solver_of(tool);
+  const std::vector<TissuePoint> points =
+      find_points_between(solver, data_->bodies.in_tissue(body), tool, grip.pad, opening, spacing);
+  if (!points.empty()) {
+    solver.grasp(tool, points, grip);
+  }
+  return points.size();
+}
+
+std::size_t World::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip) {
+  return data_->solver_of(tool).close_jaws(tool, jaws, grip);
+}
+
+void World::set_clamp_force(ToolId tool, float force) {
+  data_->solver_of(tool).set_clamp_force(tool, force);
+}
+
+GripReport World::grip(ToolId tool) const {
+  return data_->solver_of(tool).tool_grip(tool);
 }
 
 void World::release(ToolId tool) {

@@ -163,6 +163,7 @@ Frame World::step(double dt) {
   data.change(requests, std::exchange(data.blades, {}), frame);
   frame.times.edit = watch.lap();
   frame.report = data.solver->step(static_cast<float>(dt));
+  frame.lost_grips = data.solver->lost_grips();
   frame.times.step = watch.lap();
   data.refresh();
   frame.times.readback = watch.lap();

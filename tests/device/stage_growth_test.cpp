@@ -104,6 +104,7 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
         break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
+      case PhaseKind::grip:
       case PhaseKind::contact:
       case PhaseKind::body_contact:
       case PhaseKind::custom:

@@ -18,6 +18,7 @@
 #include "lib/base/step_team.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/catch.h"
+#include "tests/support/held_slab.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
 
@@ -153,6 +154,23 @@ TEST_CASE("solver: the step after a grasp, and after a compaction, allocates not
   compaction.build();
   static_cast<void>(compaction.finish(solver));
   CHECK(allocations_of_step() == 0);
+}
+
+// Would catch what a grip needs as it slides, as points leave the pad, and as it lets go.
+TEST_CASE("solver: a grip that slips off allocates nothing", "[validation]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const testing::HeldSlab slab;
+  Solver solver(slab.scene, {.method = method, .executor = executor::serial()});
+  const ToolId tool = solver.add_tool({}, testing::HeldSlab::pose());
+  solver.grasp(tool, slab.points(), testing::HeldSlab::grip(0.05F));
+  solver.step(kTimeStep);
+  const long before = allocation_count;
+  for (int i = 1; i <= 60; ++i) {
+    solver.move_tool(tool, testing::HeldSlab::pose({5e-4F * static_cast<float>(i), 0, 0}));
+    solver.step(kTimeStep);
+  }
+  CHECK(allocation_count == before);
+  CHECK(solver.tool_grip(tool).state == GripState::lost);
 }
 
 // Would catch an edit that looks for memory between two steps, or leaves that to the next step.

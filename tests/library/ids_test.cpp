@@ -105,6 +105,9 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
          solver.grasp(ToolId{0}, std::vector<Index>{i});
          solver.release(ToolId{0});
        }},
+      {"Solver::tool_grip", 1, [&](Index i) { (void)solver.tool_grip(ToolId(i)); }},
+      {"Solver::tool_grip, copy", 2, [&](Index i) { (void)solver.tool_grip(ToolId{0}, i); }},
+      {"Solver::lost_grips, copy", 2, [&](Index i) { (void)solver.lost_grips(i); }},
       {"Solver::release", 1, [&](Index i) { solver.release(ToolId(i)); }},
       {"Solver::release, copy", 2, [&](Index i) { solver.release(ToolId{0}, i); }},
       {"Solver::tool_force", 1, [&](Index i) { (void)solver.tool_force(ToolId(i)); }},

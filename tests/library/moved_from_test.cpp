@@ -103,6 +103,11 @@ TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
   check_refused([&] { solver.add_tool({}, pose); });
   check_refused([&] { solver.move_tool(ToolId{0}, pose); });
   check_refused([&] { solver.grasp(ToolId{0}, ids); });
+  check_refused([&] { solver.grasp(ToolId{0}, {}, Grip{}); });
+  check_refused([&] { solver.close_jaws(ToolId{0}, {ToolId{0}, ToolId{1}}, {}); });
+  check_refused([&] { solver.set_clamp_force(ToolId{0}, 1); });
+  check_refused([&] { (void)solver.tool_grip(ToolId{0}); });
+  check_refused([&] { (void)solver.lost_grips(); });
   check_refused([&] { solver.release(ToolId{0}); });
   check_refused([&] { (void)solver.tool_force(ToolId{0}); });
   check_refused([&] { (void)solver.tissue(); });

@@ -47,6 +47,8 @@ int number_of(PhaseKind kind) {
       return 12;
     case PhaseKind::body_contact:
       return 13;
+    case PhaseKind::grip:
+      return 14;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

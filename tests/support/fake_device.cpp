@@ -280,6 +280,7 @@ void FakeDevice::take_all(const SolverData& data) {
         break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
+      case PhaseKind::grip:
       case PhaseKind::contact:
       case PhaseKind::body_contact:
       case PhaseKind::custom:
@@ -349,6 +350,7 @@ void FakeDevice::take_over(const SolverData& data) {
         break;
       case PhaseKind::joint:
       case PhaseKind::attachment:
+      case PhaseKind::grip:
       case PhaseKind::contact:
       case PhaseKind::body_contact:
       case PhaseKind::custom:

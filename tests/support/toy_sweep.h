@@ -59,6 +59,7 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:
     case PhaseKind::attachment:
+    case PhaseKind::grip:
     case PhaseKind::contact:
     case PhaseKind::body_contact:
     case PhaseKind::custom:

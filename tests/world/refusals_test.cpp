@@ -43,11 +43,17 @@ TEST_CASE("world: ids that are not there are named", "[unit]") {
     check_refused([&] { (void)world.tissue_of(body); }, bodies(id));
     check_refused([&] { (void)world.body_in_tissue(body); }, bodies(id));
     check_refused([&] { (void)world.grasp_near(slabs.grasper, body, 1e-3F); }, bodies(id));
+    check_refused([&] { world.grasp_between(slabs.grasper, body, 1e-3F, {}); }, bodies(id));
     check_refused([&] { world.add_cautery(slabs.hook, {body}); }, bodies(id));
     const ToolId tool(id);
     check_refused([&] { world.move(tool, ToolPose::Identity()); }, tools(id));
     check_refused([&] { world.grasp(tool, {}); }, tools(id));
     check_refused([&] { (void)world.grasp_near(tool, slabs.lower, 1e-3F); }, tools(id));
+    check_refused([&] { world.grasp(tool, {}, Grip{}); }, tools(id));
+    check_refused([&] { world.grasp_between(tool, slabs.lower, 1e-3F, {}); }, tools(id));
+    check_refused([&] { world.close_jaws(tool, {slabs.hook, slabs.hook}, {}); }, tools(id));
+    check_refused([&] { world.set_clamp_force(tool, 1); }, tools(id));
+    check_refused([&] { (void)world.grip(tool); }, tools(id));
     check_refused([&] { world.release(tool); }, tools(id));
     check_refused([&] { (void)world.pose(tool); }, tools(id));
     check_refused([&] { (void)world.force(tool); }, tools(id));
@@ -145,6 +151,13 @@ TEST_CASE("world: one that was moved from says so, and what it was goes on", "[u
       [&] { gone.move(tool, ToolPose::Identity()); },
       [&] { gone.grasp(tool, {}); },
       [&] { (void)gone.grasp_near(tool, body, 1); },
+      [&] { gone.grasp(tool, {}, Grip{}); },
+      [&] { gone.grasp_between(tool, body, 1, {}); },
+      [&] {
+        gone.close_jaws(tool, {tool, tool}, {});
+      },
+      [&] { gone.set_clamp_force(tool, 1); },
+      [&] { (void)gone.grip(tool); },
       [&] { gone.release(tool); },
       [&] { (void)gone.pose(tool); },
       [&] { (void)gone.force(tool); },

@@ -250,6 +250,61 @@ TEST_CASE("world file: has forces of all replicas, and gravity of all bodies", "
   }
 }
 
+// Would catch a file or a saved world that forgets what jaws hold with a limit, how far that slid,
+// or which of them do not push; grips of one replica in another; and a torn one that is open.
+TEST_CASE("world file: has grips of all replicas", "[property]") {
+  for (const SolverMethod method : {SolverMethod::vertex_block, SolverMethod::projection}) {
+    SlabWorld slabs({.method = method, .damping = 20, .copies = 2});
+    World& world = slabs.world;
+    world.record();
+    const Grip grip{.pad = {.half_length = 8e-3F, .half_width = 8e-3F}, .clamp_force = 4e-3F};
+    REQUIRE(world.grasp_between(slabs.grasper, slabs.upper, 12e-3F, grip) > 20);
+    REQUIRE(world.grip(slabs.grasper).state == GripState::holding);
+    const ToolId second = world.add_tool({}, at({6e-3F, 6e-3F, 1e-3F}));
+    std::vector<TissuePoint> points;
+    for (const GraspedPoint& held : world.grip(slabs.grasper).points) {
+      points.push_back(held.point);
+    }
+    Grip weak = grip;
+    weak.tear_strength = 1e-4F;
+    world.replica(ReplicaId(1)).move(second, at({6e-3F, 6e-3F, 9e-3F}));
+    world.step(kDt);
+    world.replica(ReplicaId(1)).grasp(second, points, weak);
+    const auto step_both = [&](World* other, int step) {
+      const ToolPose pose = at({6e-3F + 2e-4F * static_cast<float>(step), 6e-3F, 11e-3F});
+      for (World* each : {&world, other}) {
+        if (each != nullptr) {
+          each->move(slabs.grasper, pose);
+          each->replica(ReplicaId(1)).move(second, pose);
+          each->step(kDt);
+        }
+      }
+    };
+    for (int step = 0; step < 20; ++step) {
+      step_both(nullptr, step);
+    }
+    REQUIRE(world.grip(slabs.grasper).state == GripState::slipping);
+    REQUIRE(world.replica(ReplicaId(1)).grip(second).state == GripState::torn);
+    World other = read_written(world);
+    CHECK(other.replica(ReplicaId(1)).grip(second).torn_vertices ==
+          world.replica(ReplicaId(1)).grip(second).torn_vertices);
+    CHECK(other.grip(second).state == GripState::open);
+    for (int step = 20; step < 30; ++step) {
+      step_both(&other, step);
+      for (const Index copy : {0, 1}) {
+        REQUIRE(other.solver().state_hash(copy) == world.solver().state_hash(copy));
+      }
+      const GripReport here = world.grip(slabs.grasper), there = other.grip(slabs.grasper);
+      CHECK(here.state == there.state);
+      CHECK(here.pull == there.pull);
+      CHECK(here.points.size() == there.points.size());
+    }
+    world.set_clamp_force(slabs.grasper, 0);
+    step_both(nullptr, 30);
+    CHECK(world.grip(slabs.grasper).pull.norm() < 5e-5F);
+  }
+}
+
 // Would catch a file, or a saved world, that has these as the scene had them; and edits of one step
 // of which one is lost.
 TEST_CASE("world file: has what is fixed, how stiff tissue is, its fibres, factors and links",

@@ -228,6 +228,38 @@ TEST_CASE("world: of a whole scene, there is one tissue a body", "[unit]") {
   CHECK(world.strands().whole_count() == strands.whole_count());
 }
 
+// Would catch points that are held without a face, and faces that an undo brings back unheld.
+TEST_CASE("world: jaws let go of faces that a cut parts, and hold them again after its undo",
+          "[property]") {
+  for (const SolverMethod method : {SolverMethod::vertex_block, SolverMethod::projection}) {
+    SlabWorld slabs({.method = method, .damping = 20});
+    World& world = slabs.world;
+    const Grip grip{.pad = {.half_length = 8e-3F, .half_width = 8e-3F}, .clamp_force = 1};
+    const std::size_t held = world.grasp_between(slabs.grasper, slabs.upper, 12e-3F, grip, 1e-3F);
+    REQUIRE(held > 200);
+    world.move(slabs.grasper, at({6e-3F, 6e-3F, 11.5e-3F}));
+    REQUIRE(world.step(kDt).ok());
+    const GripReport before = world.grip(slabs.grasper);
+    CHECK(before.points.size() == held);
+    world.edit(plan_cut(world.solver(), testing::cut_at(5.3e-3F, 6e-3F, 13e-3F)).edit);
+    REQUIRE(world.step(kDt).ok());
+    const GripReport cut = world.grip(slabs.grasper);
+    CHECK(cut.state == GripState::holding);
+    CHECK(cut.points.size() < held);
+    for (const GraspedPoint& point : cut.points) {
+      CHECK(world.tissue().has_tissue(point.point.vertices[0]));
+    }
+    // what only the cut made is let go of by its undo
+    world.undo();
+    REQUIRE(world.step(kDt).ok());
+    const GripReport after = world.grip(slabs.grasper);
+    REQUIRE(after.points.size() == held);
+    for (std::size_t i = 0; i < held; ++i) {
+      CHECK(after.points[i].point.vertices == before.points[i].point.vertices);
+    }
+  }
+}
+
 // Would catch defaults that a newcomer's first program explodes with.
 TEST_CASE("world: with defaults, each tissue hangs, is grasped and let go in good shape",
           "[unit]") {

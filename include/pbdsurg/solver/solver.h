@@ -22,6 +22,7 @@
 #include "pbdsurg/solver/convergence.h"
 #include "pbdsurg/solver/copy_factors.h"
 #include "pbdsurg/solver/custom_constraints.h"
+#include "pbdsurg/solver/grip.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
@@ -355,6 +356,37 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without
   ///                          tissue, or that this tool holds already; then nothing is grasped
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0, Index copy = 0);
+
+  /// Holds points of tissue by jaws that press with a force, no harder than their friction bears:
+  /// see Grip. Each step costs O(points), and as much again a sweep while they slide, of vertex
+  /// blocks. Points whose tissue goes are let go, and held again by an undo.
+  /// @param points  [n] on vertices, edges and faces, as they are now; their places in the tool's
+  ///                frame are on the pad, and three of them not on a line. One on tissue that is
+  ///                fixed pulls back, too.
+  /// @throws InvalidArgument     naming the tool, point or value out of range, or if the tool holds
+  ///                             something, or in explicit steps; then nothing is grasped
+  /// @throws BackendUnavailable  on a device
+  void grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip, Index copy = 0);
+
+  /// Likewise what two jaws pressed in the last step, where it is on the pad: all their contacts
+  /// become points of one grip. From then on they push nothing, until the tool lets go.
+  /// @param jaws  tools with a ToolSurface, one on each side of the pad; the tool may be one
+  /// @return      how many points there are: 0, and nothing is grasped, if a jaw presses with less
+  ///              than kLeastPinch across the pad, or no three points are off a line
+  /// @throws InvalidArgument     as above, and naming the jaw without a surface, or that is both
+  /// @throws BackendUnavailable  on a device
+  std::size_t close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip, Index copy = 0);
+
+  /// Lets jaws press harder or less.
+  /// @param force  N, finite and >= 0
+  /// @throws InvalidArgument  naming the force out of range, or the tool without a grip
+  void set_clamp_force(ToolId tool, float force, Index copy = 0);
+
+  /// What became of a tool's grip. Cost: O(points), and O(tets) at what tore.
+  [[nodiscard]] GripReport tool_grip(ToolId tool, Index copy = 0) const;
+
+  /// Tools whose grips were lost or torn in the last step, ascending.
+  [[nodiscard]] std::vector<ToolId> lost_grips(Index copy = 0) const;
 
   /// Lets go of everything the tool holds.
   void release(ToolId tool, Index copy = 0);

@@ -48,6 +48,7 @@ enum class PhaseKind : std::uint8_t {
   /// alone.
   vertex,
   attachment,    ///< grasped vertices, one attachment a vertex
+  grip,          ///< points that jaws hold with a limit, one after another
   contact,       ///< vertices against one tool; of vertex blocks, the surfaces of all tools
   body_contact,  ///< bodies against each other, one contact after another
   custom,        ///< a set of CustomConstraints

@@ -5,7 +5,9 @@
 /// The owner of a simulation: tissue, solver, heat, strands, tools, and the order of a frame.
 
 #include <Eigen/Core>
+#include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -57,6 +59,7 @@ struct Frame {
       removed_triangles = 0,             ///< of sheets, likewise
       removed_links = 0;                 ///< likewise
   Index parted_strands = 0;              ///< for any cause: ConnectiveTissue::events()
+  std::vector<ToolId> lost_grips;        ///< tools whose jaws slipped off or tore tissue: grip()
   std::vector<RefusedEdit> refused;      ///< in the order in which they were asked
   /// s of the processor's clock. The only part of a frame that differs from run to run.
   struct Times {
@@ -83,6 +86,14 @@ class PBDSURG_API Replica {
   void move(ToolId tool, const ToolPose& pose);
   /// As Solver::grasp().
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
+  /// As Solver::grasp() by jaws that press with a force.
+  void grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip);
+  /// As Solver::close_jaws().
+  std::size_t close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip);
+  /// As Solver::set_clamp_force().
+  void set_clamp_force(ToolId tool, float force);
+  /// As Solver::tool_grip().
+  [[nodiscard]] GripReport grip(ToolId tool) const;
   /// As Solver::release().
   void release(ToolId tool);
   /// As Solver::set_forces().
@@ -310,6 +321,19 @@ class PBDSURG_API World {
   /// @param radius  m
   /// @return        the vertices, ids in the tissue
   std::vector<Index> grasp_near(ToolId tool, BodyId body, float radius, float compliance = 0);
+  /// As Solver::grasp() by jaws that press with a force.
+  void grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip);
+  /// Grasps so what of a body lies between the tool's jaws, where that is now, and nothing if they
+  /// cannot hold it: see find_points_between().
+  /// @return  how many points there are
+  std::size_t grasp_between(ToolId tool, BodyId body, float opening, const Grip& grip,
+                            float spacing = 2e-3F);
+  /// As Solver::close_jaws().
+  std::size_t close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip);
+  /// As Solver::set_clamp_force().
+  void set_clamp_force(ToolId tool, float force);
+  /// As Solver::tool_grip(): what it holds, whether that slips or tore.
+  [[nodiscard]] GripReport grip(ToolId tool) const;
   /// Lets go of everything the tool holds.
   void release(ToolId tool);
   /// Where it is to be at the end of the next step, and is after it.

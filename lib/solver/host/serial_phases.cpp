@@ -8,6 +8,7 @@
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/touch_response.h"
@@ -193,6 +194,13 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
       } else {
         project_contacts(step, phase.color);
         project_surface_contacts(step, phase.color);
+      }
+      break;
+    case PhaseKind::grip:
+      if (moves_vertices(step.data.options)) {
+        answer_grips(step, substep);
+      } else {
+        project_grips(step, substep);
       }
       break;
     case PhaseKind::body_contact:

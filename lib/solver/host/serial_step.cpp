@@ -103,7 +103,7 @@ class SerialStep {
         break;
       case StepOperation::settle_holds:
         if (has_holds_to_settle(step_)) {
-          settle_holds(step_, vertex_state(step_, numbers_.lengths, 1));
+          settle_holds(step_, vertex_state(step_, numbers_.lengths, 1), numbers_.lengths);
         }
         settle_touches(step_);
         settle_surface_contacts(step_);

@@ -41,6 +41,7 @@ void ThreadStages::plan(const SolverData& data, int threads) {
         add(phase, phase.color, data.vertex_blocks.blocks(phase.color).count > 1 ? kEverybody : 0);
         break;
       case PhaseKind::attachment:
+      case PhaseKind::grip:
       case PhaseKind::contact:
       case PhaseKind::body_contact:
       case PhaseKind::custom:

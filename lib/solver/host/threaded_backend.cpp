@@ -406,7 +406,7 @@ class ThreadedBackend final : public Backend {
         if (has_holds_to_settle(step) || meets_surfaces(step) || has_touches(step)) {
           if (thread == 0) {
             if (has_holds_to_settle(step)) {
-              settle_holds(step, vertex_state(step, lengths, 1));
+              settle_holds(step, vertex_state(step, lengths, 1), lengths);
             }
             settle_touches(step);
             settle_surface_contacts(step);

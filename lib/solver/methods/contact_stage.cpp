@@ -3,6 +3,7 @@
 
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/near_search.h"
 #include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -31,14 +32,6 @@ void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
   placed.clear();
   for (const Capsule& capsule : capsules) {
     placed.push_back({pose * capsule.start, pose * capsule.end, capsule.radius});
-  }
-}
-
-// Of a force on tissue, at a point of the scene.
-void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
-  if (force.allFinite() && point.allFinite()) {  // a vertex that is lost has none
-    tool.force -= force;
-    tool.torque -= (point - tool.placed.translation()).cross(force);
   }
 }
 
@@ -82,6 +75,7 @@ void begin_tools(CopyState& copy) {
   for (ToolState& tool : copy.tools) {
     tool.force.setZero();
     tool.torque.setZero();
+    begin_grip(tool.grip);
   }
 }
 
@@ -96,6 +90,7 @@ void place_tools(CopyState& copy, float fraction, float before) {
       attachment.target = pose * attachment.anchor;
       attachment.multiplier.setZero();
     }
+    place_grip(tool.grip, pose);
     tool.placed = pose;
     place_capsules(tool.capsules, pose, tool.placed_capsules);
   }
@@ -109,7 +104,7 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
     ToolState& tool = step.copy.tools[t];
     tool.contacts.clear();
     tool.surface_contacts.clear();
-    if (!tool.attachments.empty() || (tool.capsules.empty() && tool.half_spaces.empty())) {
+    if (!step.copy.pushes(t)) {
       continue;
     }
     if (tool.has_surface()) {
@@ -139,6 +134,14 @@ void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
     for (const Attachment& attachment : tool.attachments) {
       feel(scale * attachment.multiplier, attachment.target, tool);
     }
+    collect_grip(tool, scale);
+  }
+}
+
+void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
+  if (force.allFinite() && point.allFinite()) {
+    tool.force -= force;
+    tool.torque -= (point - tool.placed.translation()).cross(force);
   }
 }
 

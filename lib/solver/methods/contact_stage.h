@@ -37,6 +37,10 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
 /// @param force_per_multiplier  1/s^2
 PBDSURG_API void collect_tool_forces(const StepContext& step, float force_per_multiplier);
 
+/// Adds to what a tool feels: a force on tissue, N, at a point of the scene. A vertex that is lost
+/// has none.
+void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool);
+
 /// Adds to what a tool feels where a contact is: `scale` times a push on what it touches, kg m.
 void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float scale,
                   ToolState& tool);

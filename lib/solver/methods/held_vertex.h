@@ -6,6 +6,7 @@
 
 #include "pbdsurg/base/types.h"
 
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/vertex_moves.h"
@@ -27,6 +28,12 @@ class HeldVertex {
       if (hold.kind == HoldKind::grasp) {
         Attachment& attachment = step_.copy.tools[hold.tool].attachments[hold.entry];
         visit(Grasp{attachment, position_, step_.copy.grasp_compliance(attachment)});
+      } else if (hold.kind == HoldKind::grip) {
+        const ToolGrip& grip = step_.copy.tools[hold.tool].grip;
+        const GripPoint& point = grip.points[hold.entry];
+        const float share = 1 / point.at.weights[hold.corner];
+        visit(Grip{share * way_to_jaws(step_, grip, point),
+                   share * share * compliance_of(step_.copy, grip)});
       }
     });
   }
@@ -65,6 +72,17 @@ class HeldVertex {
     void set_multiplier(const Vec3<float>& multiplier) const {
       attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
     }
+  };
+
+  // A corner of a point that jaws draw: where the corner would take the point to its anchor by
+  // itself. Multipliers are for answer_grips().
+  struct Grip {
+    Vec3<float> way;
+    float own_compliance;
+
+    [[nodiscard]] Vec3<float> target() const { return way; }
+    [[nodiscard]] float compliance() const { return own_compliance; }
+    void set_multiplier(const Vec3<float>& /*multiplier*/) const {}
   };
 
   struct Touch {

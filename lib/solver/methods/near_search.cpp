@@ -32,8 +32,9 @@ Ends ends_of(const StepContext& step, const MovingVertices& vertices, Index plac
           end};
 }
 
-bool has_list(const ToolState& tool) {
-  return tool.has_surface() && tool.attachments.empty() && !tool.capsules.empty();
+bool has_list(const CopyState& copy, std::size_t tool) {
+  return copy.tools[tool].has_surface() && !copy.tools[tool].capsules.empty() &&
+         copy.pushes(static_cast<Index>(tool));
 }
 
 bool serves(const NearFeatures& near, const ToolState& tool, float slack) {
@@ -59,7 +60,7 @@ bool serve(const StepContext& step, const NearLists& lists) {
     return false;
   }
   for (std::size_t t = 0; t < copy.tools.size(); ++t) {
-    if (has_list(copy.tools[t]) && !serves(lists.tools[t], copy.tools[t], lists.slack)) {
+    if (has_list(copy, t) && !serves(lists.tools[t], copy.tools[t], lists.slack)) {
       return false;
     }
   }
@@ -117,15 +118,16 @@ void list(const StepContext& step, const ToolState& tool, const NearLists& lists
 void refresh_near_lists(const StepContext& step) {
   CopyState& copy = step.copy;
   NearLists& lists = copy.near;
-  if (std::ranges::none_of(copy.tools, has_list) || serve(step, lists)) {
-    return;
-  }
-  lists.slack = 0;
-  for (const ToolState& tool : copy.tools) {
-    for (const Capsule& capsule : tool.capsules) {
-      lists.slack = has_list(tool) ? std::max(lists.slack, capsule.radius) : lists.slack;
+  float slack = 0;
+  for (std::size_t t = 0; t < copy.tools.size(); ++t) {
+    for (const Capsule& capsule : copy.tools[t].capsules) {
+      slack = has_list(copy, t) ? std::max(slack, capsule.radius) : slack;
     }
   }
+  if (slack == 0 || serve(step, lists)) {
+    return;
+  }
+  lists.slack = slack;
   lists.surface_revision = step.data.surface.revision();
   lists.positions.resize(copy.particles.size());
   lists.tools.resize(copy.tools.size());
@@ -139,7 +141,7 @@ void refresh_near_lists(const StepContext& step) {
     }
   }
   for (std::size_t t = 0; t < copy.tools.size(); ++t) {
-    if (has_list(copy.tools[t])) {
+    if (has_list(copy, t)) {
       list(step, copy.tools[t], lists, lists.tools[t]);
     } else {
       lists.tools[t].capsules.clear();  // what it has is of another time

@@ -12,6 +12,7 @@
 #include "lib/base/describe.h"
 #include "lib/solver/host/lane_access.h"
 #include "lib/solver/methods/custom_constraints.h"
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/held_vertex.h"
 #include "lib/solver/methods/vertex_elements.h"
 #include "lib/solver/methods/vertex_kernel.h"
@@ -187,6 +188,14 @@ void gather_holds(const StepContext& step) {
     for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
       add(step.data.place_of_vertex[tool.attachments[a].vertex], t, a, HoldKind::grasp);
     }
+    for (std::size_t p = 0; p < tool.grip.points.size(); ++p) {
+      const TissuePoint& point = tool.grip.points[p].at;
+      for (int corner = 0; corner < corner_count(point); ++corner) {
+        if (point.weights[corner] > 0) {
+          add(step.data.place_of_vertex[point.vertices[corner]], t, p, HoldKind::grip, corner);
+        }
+      }
+    }
     for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
       add(tool.contacts[c].place, t, c, HoldKind::contact);
     }
@@ -205,6 +214,7 @@ void gather_holds(const StepContext& step) {
       }
     }
   }
+  begin_grips(step);
 }
 
 void damp_rows(const StepContext& step, float inverse_dt) {
@@ -330,13 +340,15 @@ bool has_holds_to_settle(const StepContext& step) noexcept {
   return !step.scratch.holds.empty() && (has_stiff_links(step.data.plan) || has_custom(step));
 }
 
-void settle_holds(const StepContext& step, const VertexState& state) {
+void settle_holds(const StepContext& step, const VertexState& state,
+                  const Substep<float>& lengths) {
   const std::vector<LaneBits>& held = step.scratch.held;
   for (Index block = 0; block < step.data.vertex_blocks.block_count(); ++block) {
     if (held[block] != 0) {  // blocks lie in the order of colours
       solve_lanes(step, state, block, held[block]);
     }
   }
+  answer_grips(step, lengths);
 }
 
 void solve_vertices(const StepContext& step, const VertexState& state, Index color) {

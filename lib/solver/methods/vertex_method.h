@@ -72,8 +72,8 @@ void find_residuals(const StepContext& step, const VertexState& state, Index blo
 /// vertex pulls it last, and tools have not felt that yet.
 [[nodiscard]] bool has_holds_to_settle(const StepContext& step) noexcept;
 
-/// Moves them, colour by colour.
-void settle_holds(const StepContext& step, const VertexState& state);
+/// Moves them, colour by colour, and has grips answer that.
+void settle_holds(const StepContext& step, const VertexState& state, const Substep<float>& lengths);
 
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(const StepContext& step, const VertexState& state, Index color);

@@ -93,8 +93,8 @@ void StepScratch::reserve_holds(const SolverData& data) {
     std::size_t sum = 0, rigid = 0;
     for (const ToolState& tool : data.copy(i).tools) {
       rigid += tool.surface_contacts.capacity();
-      sum +=
-          tool.attachments.size() + tool.contacts.capacity() + 3 * tool.surface_contacts.capacity();
+      sum += tool.attachments.size() + 3 * tool.grip.points.size() + tool.contacts.capacity() +
+             3 * tool.surface_contacts.capacity();
     }
     sum += TissueTouch::kCorners * data.copy(i).touches.contacts.capacity();
     most = std::max(most, sum);

@@ -58,16 +58,17 @@ struct ContactEntry {
   auto operator<=>(const ContactEntry& other) const noexcept = default;
 };
 
-enum class HoldKind : std::uint8_t { grasp, contact, surface_contact, touch };
+enum class HoldKind : std::uint8_t { grasp, grip, contact, surface_contact, touch };
 
 /// What a tool, or another body, does at a vertex.
 struct VertexHold {
   Index place;  ///< of the vertex, see SolverState
   Index next;   ///< at the same vertex, or kInvalidIndex
   Index tool;   ///< kInvalidIndex: a body
-  Index entry;  ///< of its attachments, contacts or surface contacts; of contacts between bodies
+  Index entry;  ///< of its attachments, its grip's points, contacts or surface contacts; of
+                ///< contacts between bodies
   HoldKind kind;
-  int corner = 0;  ///< of a surface contact, or of one between bodies
+  int corner = 0;  ///< of a grip's point, a surface contact, or one between bodies
 };
 
 /// Of one worker: who steps copies at the same time has one each. Nothing in it outlives a step.

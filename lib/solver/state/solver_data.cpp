@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/vertex_follower.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
@@ -151,6 +152,7 @@ void SolverData::start_step(float dt) {
     backend->start_step(*this);
     const StepReport done = backend->finish_step(*this);
     custom.end_step(*this);
+    end_grips(*this);
     report = done;
     for (Index i = 0; i < copy_count(); ++i) {
       CopyState& each = copy(i);
@@ -205,6 +207,9 @@ void SolverData::rebuild_plan() {
   if (!contact_bodies.empty()) {  // before tools, so that nothing stays in those
     plan.phases.push_back({PhaseKind::body_contact, 0});
   }
+  if (has_grips()) {
+    plan.phases.push_back({PhaseKind::grip, 0});
+  }
   if (by_vertices) {  // tools act within it, but for what surfaces answer after a sweep
     if (std::ranges::any_of(tools, &ToolState::has_surface)) {
       plan.phases.push_back({PhaseKind::contact, 0});
@@ -220,15 +225,14 @@ void SolverData::rebuild_plan() {
     plan.phases.push_back({PhaseKind::attachment, color});
   }
   for (const bool has_surface : {false, true}) {
-    for (std::size_t tool = 0; tool < tools.size(); ++tool) {
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      const auto tool = static_cast<Index>(t);
       bool pushes = false;
       for (Index i = 0; i < copy_count() && !pushes; ++i) {
-        const ToolState& state = copy(i).tools[tool];
-        pushes = state.has_surface() == has_surface && state.attachments.empty() &&
-                 (!state.capsules.empty() || !state.half_spaces.empty());
+        pushes = copy(i).pushes(tool) && copy(i).tools[t].has_surface() == has_surface;
       }
       if (pushes) {
-        plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+        plan.phases.push_back({PhaseKind::contact, tool});
       }
     }
   }

@@ -23,6 +23,15 @@ void CopyState::color_attachments() {
   }
 }
 
+bool CopyState::pushes(Index tool) const noexcept {
+  const ToolState& state = tools[tool];
+  return (!state.capsules.empty() || !state.half_spaces.empty()) && !state.holds() &&
+         std::ranges::none_of(tools, [&](const ToolState& other) {
+           return other.grip.is_shut() &&
+                  (other.grip.jaws[0] == tool || other.grip.jaws[1] == tool);
+         });
+}
+
 void SolverState::finish_running_step() {
   if (step_in_flight != Step::running) {
     return;
@@ -32,6 +41,16 @@ void SolverState::finish_running_step() {
     report = backend->finish_step(*this);
   }
   step_in_flight = Step::finished;
+}
+
+bool SolverState::has_grips() const noexcept {
+  for (Index i = 0; i < copy_count(); ++i) {
+    if (std::ranges::any_of(copy(i).tools,
+                            [](const ToolState& tool) { return tool.grip.is_shut(); })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void SolverState::fetch_state(Index index) {
@@ -200,9 +219,11 @@ void SolverState::log_shares(std::span<const Index> places) {
 }
 
 void SolverState::forget_releases(Index index, Index tool) {
-  std::erase_if(releases, [&](const Release& release) {
+  const auto is_of_tool = [&](const auto& release) {
     return release.copy == index && release.tool == tool;
-  });
+  };
+  std::erase_if(releases, is_of_tool);
+  std::erase_if(grip_releases, is_of_tool);
 }
 
 void SolverState::reserve_tool(ToolState& tool) const {
@@ -249,6 +270,7 @@ std::size_t CopyState::memory_bytes() const noexcept {
   for (const ToolState& tool : tools) {
     bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
                       tool.contacts, tool.surface_contacts, tool.remembered);
+    bytes += tool.grip.memory_bytes();
   }
   bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.search.seen,
                                           touches.search.candidates);
@@ -268,7 +290,7 @@ std::vector<Index> SolverState::vertices_at_places() const {
 
 std::size_t SolverState::memory_bytes() const noexcept {
   std::size_t bytes =
-      bytes_of(place_of_vertex, watched_places, read_places, releases, changes.moved,
+      bytes_of(place_of_vertex, watched_places, read_places, releases, grip_releases, changes.moved,
                changes.vertices, changes.constraints, changes.tets, changes.blocks, changes.shares,
                changes.forces, body_gravities, gravities);
   for (Index i = 0; i < copy_count(); ++i) {

@@ -93,6 +93,9 @@ struct CopyState {
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
+  /// Whether a tool pushes tissue: it does not while its jaws are shut around some.
+  [[nodiscard]] bool pushes(Index tool) const noexcept;
+
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
   /// same vertex. Cost: O(held vertices).
   void color_attachments();
@@ -131,10 +134,21 @@ struct SolverState : CopyState {
   };
   std::vector<Release> releases;
 
+  // likewise, of points of grips
+  struct GripRelease {
+    Index copy, tool;
+    std::size_t entry;  ///< of the grip's points, after those released before it
+    GripPoint point;
+  };
+  std::vector<GripRelease> grip_releases;
+
   // for lists of a while: keeps what it has got, so that later edits ask for no memory
   std::unique_ptr<std::pmr::memory_resource> scratch =
       std::make_unique<std::pmr::unsynchronized_pool_resource>(
           std::pmr::pool_options{.largest_required_pool_block = std::size_t{1} << 20});
+
+  /// Whether jaws hold something with a limit, in any copy.
+  [[nodiscard]] bool has_grips() const noexcept;
 
   [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
   [[nodiscard]] CopyState& copy(Index index) { return index == 0 ? *this : others[index - 1]; }

@@ -88,10 +88,14 @@ void StateFollower::follow(const Tissue& tissue, const TissueChange& change) noe
   log_fixing(change.edit);
   log_tets(change, tissue.tets().size());
   state_.releases.clear();
+  state_.grip_releases.clear();
   if (!change.emptied_vertices.empty()) {
     release_dead(tissue);
   }
-  has_other_holds_ = !state_.releases.empty();
+  if (state_.has_grips()) {
+    release_dead_points(tissue);
+  }
+  has_other_holds_ = !state_.releases.empty() || !state_.grip_releases.empty();
   if (change.brings_vertices()) {
     state_.reserve_tools();
   }
@@ -277,6 +281,37 @@ void StateFollower::release_dead(const Tissue& tissue) {
   }
 }
 
+void StateFollower::release_dead_points(const Tissue& tissue) {
+  const auto is_dead = [&](const GripPoint& held) { return !is_on_tissue(tissue, held.at); };
+  for (Index i = 0; i < state_.copy_count(); ++i) {
+    std::vector<ToolState>& tools = state_.copy(i).tools;
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      std::vector<GripPoint>& points = tools[t].grip.points;
+      const std::size_t before = points.size();
+      for (auto held = std::ranges::find_if(points, is_dead); held != points.end();
+           held = std::find_if(held, points.end(), is_dead)) {
+        state_.grip_releases.push_back(
+            {i, static_cast<Index>(t), static_cast<std::size_t>(held - points.begin()), *held});
+        held = points.erase(held);
+      }
+      if (points.size() != before) {
+        tools[t].grip.find_corners();
+      }
+    }
+  }
+}
+
+void StateFollower::hold_again() {
+  for (; !state_.grip_releases.empty(); state_.grip_releases.pop_back()) {
+    const SolverState::GripRelease& release = state_.grip_releases.back();
+    ToolGrip& grip = state_.copy(release.copy).tools[release.tool].grip;
+    // others may have left the pad since
+    const std::size_t entry = std::min(release.entry, grip.points.size());
+    grip.points.insert(grip.points.begin() + static_cast<std::ptrdiff_t>(entry), release.point);
+    grip.find_corners();
+  }
+}
+
 void StateFollower::validate_undo(const Tissue&, const TissueChange& change) const {
   state_.finish_running_step();
   const auto is_of_edit = [&](Index place) {  // new vertices have the places that follow
@@ -330,6 +365,13 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
   }
   std::ranges::for_each(stopped_, [&](Index v) { state_.log_moved(v); });
   log_fixing(change.edit);
+  has_other_holds_ = !state_.releases.empty() || !state_.grip_releases.empty() || lets_go;
+  hold_again();
+  if (state_.has_grips()) {  // on what the edit had made
+    release_dead_points(tissue);
+    has_other_holds_ = has_other_holds_ || !state_.grip_releases.empty();
+    state_.grip_releases.clear();
+  }
   const bool holds_again = !state_.releases.empty();
   for (; !state_.releases.empty(); state_.releases.pop_back()) {
     const SolverState::Release& release = state_.releases.back();
@@ -342,7 +384,6 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
     state_.copy(i).color_attachments();
     state_.changes.tools = true;
   }
-  has_other_holds_ = holds_again || lets_go;
 }
 
 // Lets tools of all copies go of vertices from an id on, which are about to go themselves.
@@ -358,6 +399,15 @@ bool StateFollower::release_from(Index vertex) {
       state_.copy(i).color_attachments();
       state_.changes.tools = true;
       lets_go = true;
+    }
+    for (ToolState& tool : state_.copy(i).tools) {
+      const std::size_t gone = std::erase_if(tool.grip.points, [&](const GripPoint& held) {
+        return std::ranges::max(held.at.vertices) >= vertex;
+      });
+      if (gone > 0) {
+        tool.grip.find_corners();
+        lets_go = true;
+      }
     }
   }
   return lets_go;

@@ -42,6 +42,8 @@ class StateFollower final : public Follower {
   void log_fixing(const TopologyEdit& edit);
   void log_tets(const TissueChange& change, std::size_t tet_count);
   void release_dead(const Tissue& tissue);
+  void release_dead_points(const Tissue& tissue);
+  void hold_again();
   bool release_from(Index vertex);
 
   SolverState& state_;

@@ -10,6 +10,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/tool.h"
 
+#include "lib/solver/state/grip_state.h"
 #include "lib/solver/state/surface_contact.h"
 
 namespace pbdsurg {
@@ -49,6 +50,10 @@ struct ToolState {
   std::vector<RememberedContact> remembered;     ///< in the order of features
   Eigen::Vector3f force{0, 0, 0};                ///< N, on the tool
   Eigen::Vector3f torque{0, 0, 0};               ///< N m, around its origin
+  ToolGrip grip{};                               ///< what its jaws hold with a limit
+
+  /// Whether it holds anything.
+  [[nodiscard]] bool holds() const noexcept { return !attachments.empty() || grip.is_shut(); }
 
   /// Whether it meets surfaces, else vertices alone, without friction.
   [[nodiscard]] bool has_surface() const noexcept {
