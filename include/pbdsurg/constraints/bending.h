@@ -76,19 +76,20 @@ struct BendingConstraint : InPlace<BendingConstraint> {
   /// @param rest  4 tan(rest theta / 4)
   template <class Scalar>
   PBDSURG_HOST_DEVICE static Turn<Scalar> turn(const Vec3<Scalar> (&x)[4], Scalar rest) {
-    using std::sqrt;
     const Hinge<Scalar> hinge(x);
     const auto has_angle = hinge.has_angle();
     const Scalar value = select(has_angle, hinge.turn(rest), Scalar(0));
 
     // opposite the edge: one over the height of the triangle, against its normal
     const Scalar slope = Scalar(1) + Scalar(0.0625) * (value * value);
-    const Scalar rise = slope * sqrt(hinge.edge_square);
+    const Scalar rise = -slope * hinge.edge_length;
     const Vec3<Scalar> none{};
-    const Vec3<Scalar> left = select(has_angle, (-rise / hinge.length[0]) * hinge.normal[0], none);
-    const Vec3<Scalar> right = select(has_angle, (-rise / hinge.length[1]) * hinge.normal[1], none);
+    const auto pull_of = [&](int i) {
+      return select(has_angle, (rise * hinge.inverse[i]) * hinge.normal[i], none);
+    };
+    const Vec3<Scalar> left = pull_of(0), right = pull_of(1);
     // on the edge: what cancels force and torque
-    const Scalar inverse = select(has_angle, Scalar(1) / hinge.edge_square, Scalar(0));
+    const Scalar inverse = select(has_angle, hinge.inverse_edge * hinge.inverse_edge, Scalar(0));
     const auto share_of = [&](const Vec3<Scalar>& opposite) {
       return select(has_angle, inverse * dot(opposite - x[0], hinge.edge), Scalar(0));
     };
@@ -96,9 +97,12 @@ struct BendingConstraint : InPlace<BendingConstraint> {
     const Vec3<Scalar> end = left_share * left + right_share * right;
 
     // Found by trial: with this bound no step of a vertex makes C^2 grow, from any shape.
-    const Scalar left_square = dot(left, left) / slope;
-    const Scalar right_square = dot(right, right) / slope;
     const Scalar along = slope * inverse;
+    const auto square_of = [&](int i) {  // of the pull, over the slope
+      const Scalar height = hinge.edge_length * hinge.inverse[i];
+      return select(has_angle, slope * (height * height), Scalar(0));
+    };
+    const Scalar left_square = square_of(0), right_square = square_of(1);
     const auto bound = [&](Scalar a, Scalar b) {
       return a * a * left_square + b * b * right_square + along;
     };
@@ -155,46 +159,53 @@ struct BendingConstraint : InPlace<BendingConstraint> {
   template <class Scalar>
   struct Hinge {
     Vec3<Scalar> edge;
-    Scalar edge_square;
+    Scalar edge_square, edge_length, inverse_edge;
     Vec3<Scalar> normal[2];  // unit
     Scalar square[2];        // of twice the areas
-    Scalar length[2];        // their roots
+    Scalar inverse[2];       // of their roots
+    Scalar sine, cosine;     // of theta
 
     PBDSURG_HOST_DEVICE explicit Hinge(const Vec3<Scalar> (&x)[4]) {
       using std::sqrt;
       edge = x[1] - x[0];
       edge_square = dot(edge, edge);
+      edge_length = sqrt(edge_square);
+      inverse_edge = Scalar(1) / edge_length;
+      const Vec3<Scalar> right = x[3] - x[0];
       normal[0] = cross(edge, x[2] - x[0]);
-      normal[1] = cross(x[3] - x[0], edge);
+      normal[1] = cross(right, edge);
       for (int i = 0; i < 2; ++i) {
         square[i] = dot(normal[i], normal[i]);
-        length[i] = sqrt(square[i]);
-        normal[i] = (Scalar(1) / length[i]) * normal[i];
+        inverse[i] = Scalar(1) / sqrt(square[i]);
+        normal[i] = inverse[i] * normal[i];
       }
+      // the normals' cross product lies along the edge: their volume with it is that of the corners
+      sine = -(edge_length * inverse[1]) * dot(normal[0], right);
+      cosine = dot(normal[0], normal[1]);
     }
 
     PBDSURG_HOST_DEVICE auto has_angle() const {
       return is_usable(square[0]) & is_usable(square[1]) & is_usable(edge_square);
     }
 
-    // Sine and cosine of theta/2 from difference and sum of the normals: exact for all angles.
+    // Along sine and cosine of theta/2 lie those of theta, one of them with 1 added; of both ways
+    // to write this, the one without cancellation.
     PBDSURG_HOST_DEVICE Scalar turn(Scalar rest) const {
-      const Scalar size = root(normal[0] - normal[1]);
-      const Scalar sine = select(dot(cross(normal[0], normal[1]), edge) < Scalar(0), -size, size);
-      const Scalar one_and_cosine = Scalar(2) + root(normal[0] + normal[1]);
-      // tan(theta/4) = sine / one_and_cosine, less the rest's: the tangent of the difference, or
-      // that of its complement beyond half a turn
-      const Scalar across = Scalar(4) * sine - rest * one_and_cosine;
-      const Scalar along = Scalar(4) * one_and_cosine + rest * sine;
+      using std::sqrt;
+      const auto is_blunt = cosine < Scalar(0);
+      const Scalar size = select(sine < Scalar(0), -sine, sine);
+      const Scalar rest_of_one = Scalar(1) - cosine;
+      const Scalar beyond = select(sine < Scalar(0), -rest_of_one, rest_of_one);
+      const Scalar half_sine = select(is_blunt, beyond, sine);
+      const Scalar half_cosine = select(is_blunt, size, Scalar(1) + cosine);
+      const Scalar one_and_cosine =
+          half_cosine + sqrt(half_sine * half_sine + half_cosine * half_cosine);
+      // tan(theta/4) = half_sine / one_and_cosine, less the rest's: the tangent of the difference,
+      // or that of its complement beyond half a turn
+      const Scalar across = Scalar(4) * half_sine - rest * one_and_cosine;
+      const Scalar along = Scalar(4) * one_and_cosine + rest * half_sine;
       const auto is_beyond = across * across > along * along;
       return Scalar(4) * select(is_beyond, -along, across) / select(is_beyond, across, along);
-    }
-
-    // An estimate has no root of zero.
-    PBDSURG_HOST_DEVICE static Scalar root(const Vec3<Scalar>& v) {
-      using std::sqrt;
-      const Scalar square = dot(v, v);
-      return select(is_usable(square), sqrt(square), Scalar(0));
     }
   };
 };
