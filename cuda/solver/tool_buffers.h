@@ -94,7 +94,7 @@ class ToolBuffers {
   PinnedBuffer<Word> host_input_;
   DeviceBuffer<Word> device_input_;
   DeviceBuffer<std::uint32_t> touched_;
-  DeviceBuffer<ContactPlane> planes_;
+  DeviceBuffer<CapsulePlane> planes_;
   DeviceBuffer<float> contact_multipliers_;
   DeviceBuffer<Vec3<float>> contact_points_;
   DeviceBuffer<Index> contact_places_, contact_counts_;

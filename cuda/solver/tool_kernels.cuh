@@ -192,7 +192,7 @@ __device__ inline Particle push(const ToolArrays& tools, const StepInput* input,
       continue;
     }
     const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
-    const ContactPlane plane = tools.planes[slot];
+    const CapsulePlane plane = tools.planes[slot];
     Vec3<float> x = position_of(p);
     ContactConstraint::project(x, p.w, plane.normal, plane.offset - dot(plane.normal, base),
                                tools.contact_multipliers[slot]);

@@ -209,7 +209,7 @@ struct HeldVertex {
   };
 
   struct Touch {
-    ContactPlane plane;
+    CapsulePlane plane;
     const SplitPosition& position;
     float* stored;
 

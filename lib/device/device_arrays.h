@@ -292,7 +292,7 @@ struct SurfaceArrays {
 struct ToolArrays {
   // of the current substep
   std::uint32_t* touched;               ///< [copy][pusher][word_count] a bit a place
-  ContactPlane* planes;                 ///< [copy][pusher][DeviceState::capacity] where touched
+  CapsulePlane* planes;                 ///< [copy][pusher][DeviceState::capacity] where touched
   float* contact_multipliers;           ///< likewise, kg m
   Vec3<float>* contact_points;          ///< likewise, m, of the tool's surface
   Index* contact_places;                ///< [copy][pusher][contact_room] ascending

@@ -231,7 +231,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
     device.copy(places.data(), tools.contact_places + pusher * tools.contact_room, places.size());
     for (std::size_t c = 0; c < places.size(); ++c) {
       REQUIRE(places[c] == expected[c].place);
-      ContactPlane plane;
+      CapsulePlane plane;
       device.copy(&plane, tools.planes + pusher * state.capacity + places[c], 1);
       REQUIRE(plane.normal.x == expected[c].normal.x());
       REQUIRE(plane.normal.y == expected[c].normal.y());

@@ -368,8 +368,6 @@ TEST_CASE("surface contact: what is out of range is refused", "[errors]") {
                     ContainsSubstring("normal of length 2"));
   CHECK_THROWS_WITH(solver.add_half_space({}, std::numeric_limits<float>::infinity()),
                     ContainsSubstring("friction is inf"));
-  Solver explicit_steps(make_block({1, 1, 1}, 3e-3), {.method = SolverMethod::explicit_steps});
-  CHECK_THROWS_WITH(explicit_steps.add_half_space({}), ContainsSubstring("explicit steps"));
 
   const ToolId tool = solver.add_tool({&ball, 1}, at({1e-3F, 1e-3F, 3.9e-3F}), kAll);
   solver.step(kStep);

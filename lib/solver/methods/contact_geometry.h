@@ -55,7 +55,7 @@ struct ContactBox {
 };
 
 /// The plane that stands for a tool's surface near a vertex.
-struct alignas(16) ContactPlane {
+struct alignas(16) CapsulePlane {
   Vec3<float> normal{};  ///< out of the tool
   float offset = 0;      ///< m
 };
@@ -63,7 +63,7 @@ struct alignas(16) ContactPlane {
 /// The deepest of a tool's capsules around a vertex, one after another.
 struct ContactSearch {
   float deepest = kInfinity;  ///< m, negative inside; infinite while there is no contact
-  ContactPlane plane;
+  CapsulePlane plane;
 
   /// @param x  m, the vertex
   PBDSURG_HOST_DEVICE void add(const PlacedCapsule& capsule, const Vec3<float>& x) {
