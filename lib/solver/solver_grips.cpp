@@ -103,15 +103,15 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
   check_takes_grips(*data_);
   check_grip(grip);
   check_holds_nothing(state, tool);
-  if (jaws[0] == jaws[1]) {
-    throw InvalidArgument("tool " + std::to_string(jaws[0].value) +
-                          " is both jaws; they must be two");
-  }
   for (const ToolId jaw : jaws) {
     if (!checked_tool(owner, jaw).has_surface()) {
       throw InvalidArgument("tool " + std::to_string(jaw.value) +
                             " has no surface, so its contacts are not known: see ToolSurface");
     }
+  }
+  if (jaws[0] == jaws[1]) {
+    throw InvalidArgument("tool " + std::to_string(jaws[0].value) +
+                          " is both jaws; they must be two");
   }
   data_->finish_running_step();
   const Eigen::Vector3f normal = state.pose.linear() * grip.pad.normal;

@@ -510,7 +510,8 @@ TEST_CASE("grip: what cannot be held is refused") {
   check_refused([&] { solver.set_clamp_force(tool, 1); }, "has no grip");
   const ToolId smooth = solver.add_tool({}, HeldSlab::pose());
   check_refused([&] { solver.close_jaws(tool, {smooth, smooth}, good); }, "has no surface");
-  const ToolId jaw = solver.add_tool({}, HeldSlab::pose(), {ContactFeatures::all, 0});
+  const Capsule bar{{0, 0, 0}, {0, 0, 0}, 1e-3F};
+  const ToolId jaw = solver.add_tool({&bar, 1}, HeldSlab::pose(), {ContactFeatures::all, 0});
   check_refused([&] { solver.close_jaws(tool, {jaw, jaw}, good); }, "is both jaws");
   solver.grasp(tool, slab.points(), good);
   check_refused([&] { solver.grasp(tool, slab.points(), good); }, "holds something already");
