@@ -447,7 +447,8 @@ __global__ void __launch_bounds__(kListThreads)
   const Index count = contact_count(surfaces);
   const Index levels = __ldcg(surfaces.level_counts);
   Particle* const moving = moving_of(state);
-  for (Index level = 0; level < levels; ++level) {
+  const auto project_level = [&](Index level) {
+    bool is_any_inside = false;
     for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kListThreads) {
       DeviceContact& stored = surfaces.contacts[c];
       if (stored.level != level) {
@@ -463,6 +464,7 @@ __global__ void __launch_bounds__(kListThreads)
       if (settles && !(read_contact(state, contact).gap < 0)) {
         continue;
       }
+      is_any_inside = true;
       project_contact(
           contact, settles ? 0.0F : stored.friction, yield,
           [&] { return read_contact(state, contact); },
@@ -479,6 +481,15 @@ __global__ void __launch_bounds__(kListThreads)
       stored.contact = contact;
     }
     __syncthreads();
+    return is_any_inside;
+  };
+  bool is_any_inside = true;
+  for (int pass = 0; pass < (settles ? kSettlePasses : 1) && is_any_inside; ++pass) {
+    is_any_inside = false;
+    for (Index level = 0; level < levels; ++level) {
+      is_any_inside |= project_level(level);
+    }
+    is_any_inside = __syncthreads_or(is_any_inside) != 0;
   }
 }
 

@@ -21,6 +21,10 @@ namespace pbdsurg {
 /// alone.
 inline constexpr float kContactFirmness = 1;
 
+/// After the sweeps of vertex blocks, how often contacts at most are gone through, while any is
+/// inside: each may push others, with which it shares corners, back in.
+inline constexpr int kSettlePasses = 8;
+
 /// @param sum  m, sum(weights * u) now
 template <class Contact>
 [[nodiscard]] PBDSURG_HOST_DEVICE inline ContactReading<float> read_plane(const Contact& contact,

@@ -131,10 +131,15 @@ void push_out_of_surfaces(const StepContext& step) {
 }
 
 void settle_surface_contacts(const StepContext& step) {
-  for (ToolState& tool : step.copy.tools) {
-    for (SurfaceContact& contact : tool.surface_contacts) {
-      if (read_contact(moving_vertices(step), contact).gap < 0) {
-        project(step, contact, 0);
+  bool is_any_inside = true;
+  for (int pass = 0; pass < kSettlePasses && is_any_inside; ++pass) {
+    is_any_inside = false;
+    for (ToolState& tool : step.copy.tools) {
+      for (SurfaceContact& contact : tool.surface_contacts) {
+        if (read_contact(moving_vertices(step), contact).gap < 0) {
+          project(step, contact, 0);
+          is_any_inside = true;
+        }
       }
     }
   }

@@ -11,7 +11,7 @@
 ///
 /// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0. Before
 /// that, what nothing else holds moves rigidly to where these forces balance: see touched_pieces.h.
-/// What the last sweep leaves of C < 0, corners are moved out of by their masses.
+/// What the last sweep leaves of C < 0, corners are moved out of by their masses, in a few passes.
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"
