@@ -6,7 +6,7 @@ run_table(contact 0 --quick --executor threads:1)
 
 string(JSON count LENGTH "${json}" contact)
 expect("rows" "${count}" 22)
-foreach(row RANGE 13)
+foreach(row RANGE 21)
   string(JSON within GET "${json}" contact ${row} is_within)
   if(NOT within STREQUAL "yes")
     string(JSON case GET "${json}" contact ${row} case)
