@@ -48,7 +48,6 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   arrays.first_holds =
       first_holds_.fill(copies * static_cast<std::size_t>(room.vertices), 0xff, stream);
   arrays.next_holds = next_holds_.reserve(3 * of_all);
-  arrays.yields = yields_.reserve(3 * of_all);
   arrays.rigid = rigid_.reserve(of_all);
   arrays.remembered = remembered_.reserve(of_all);
   arrays.remembered_ends = remembered_ends_.fill(ends, 0, stream);
@@ -110,8 +109,8 @@ std::size_t SurfaceBuffers::memory_bytes() const noexcept {
   return triangles_.memory_bytes() + pieces_.memory_bytes() + near_.memory_bytes() +
          found_.memory_bytes() + contacts_.memory_bytes() + candidates_.memory_bytes() +
          ends_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
-         next_holds_.memory_bytes() + yields_.memory_bytes() + rigid_.memory_bytes() +
-         remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+         next_holds_.memory_bytes() + rigid_.memory_bytes() + remembered_.memory_bytes() +
+         remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -46,7 +46,6 @@ class SurfaceBuffers {
   DeviceBuffer<std::uint32_t> near_;
   DeviceBuffer<DeviceContact> found_, contacts_;
   DeviceBuffer<Index> candidates_, ends_, level_counts_, first_holds_, next_holds_;
-  DeviceBuffer<float> yields_;
   DeviceBuffer<RigidContact> rigid_;
   DeviceBuffer<RememberedContact> remembered_;
   DeviceBuffer<Index> remembered_ends_;

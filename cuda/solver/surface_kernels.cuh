@@ -19,7 +19,7 @@ namespace {
 constexpr int kListThreads = 256;  // of the one block of a copy that lists contacts
 constexpr int kAnswerBlocks = 8;   // whatever the number of contacts, which the host does not know
 
-/// Features whose bounding box a tool's meets.
+/// A feature that a tool may meet.
 struct Candidate {
   FeatureCorners corners;
   Index half_space = kInvalidIndex;  ///< that meets it, else capsules do

@@ -270,7 +270,6 @@ struct SurfaceArrays {
   Index* level_counts = nullptr;      ///< [copy]
   Index* first_holds = nullptr;       ///< [copy][capacity] of a place, the last, or kInvalidIndex
   Index* next_holds = nullptr;    ///< [copy][hold] the one before at its place, or kInvalidIndex
-  float* yields = nullptr;        ///< [copy][hold] m/N, times what pushes there
   RigidContact* rigid = nullptr;  ///< [copy][contact_room]
   // of the substep before, but for the first
   RememberedContact* remembered = nullptr;  ///< [copy][contact_room]

@@ -2,7 +2,7 @@
 # Runs the cases of contact that take seconds. Would catch tissue that slides, sticks, weighs or gives way
 # otherwise than closed forms say, or that a thin tool passes.
 include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
-run_table(contact 0 --quick --executor threads:1)
+run_table(contact 0 --quick --executor serial)
 
 string(JSON count LENGTH "${json}" contact)
 expect("rows" "${count}" 22)

@@ -397,7 +397,6 @@ class PBDSURG_API Solver {
   [[nodiscard]] Eigen::Vector3f tool_force(ToolId tool, Index copy = 0) const;
 
   /// Torque of the same forces around the origin of the tool's frame, N m, averaged likewise.
-  /// @throws BackendUnavailable  on a device
   [[nodiscard]] Eigen::Vector3f tool_torque(ToolId tool, Index copy = 0) const;
 
   /// What touches a tool whose surface is not the default, in the last substep of the last step:

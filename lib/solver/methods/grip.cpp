@@ -35,19 +35,6 @@ float excess_of(float size, float limit) {
   return size > limit ? 1 - limit / size : 0.0F;
 }
 
-void move(const StepContext& step, const MovingVertices& vertices, Index place, const Vector& way) {
-  Particle& p = vertices.moving[place];
-  const Vector before = load(p), after = before + way;
-  if (!is_finite_way(after)) {
-    return;
-  }
-  store(p, after);
-  if (vertices.points != nullptr) {
-    FixedPoint& point = step.scratch.fixed_points[place];
-    point = moved_point(point, before, after);
-  }
-}
-
 // Draws points to their anchors by the masses of their vertices, then takes off what of the pull is
 // beyond the limit: evenly from all points, while anchors go as far as points do.
 class Projection {
@@ -85,7 +72,7 @@ class Projection {
     point.multiplier = vector_of(before + change);
     for (int k = 0; k < corner_count(point.at); ++k) {
       const Index place = place_of(point.at.vertices[k]);
-      move(step_, vertices_, place, (point.at.weights[k] * vertices_.moving[place].w) * change);
+      go_on(step_, vertices_, place, (point.at.weights[k] * vertices_.moving[place].w) * change);
     }
   }
 
@@ -111,7 +98,7 @@ class Projection {
     }
     for (const GripCorner& corner : grip_.corners) {
       const Index place = place_of(corner.vertex);
-      move(step_, vertices_, place, (corner.share * vertices_.moving[place].w) * push);
+      go_on(step_, vertices_, place, (corner.share * vertices_.moving[place].w) * push);
     }
   }
 
@@ -169,7 +156,7 @@ class Patch {
     for (const GripCorner& corner : grip_.corners) {
       const Index place = step_.data.place_of_vertex[corner.vertex];
       if (moves(state, place)) {
-        move(step_, vertices, place, way * direction);
+        go_on(step_, vertices, place, way * direction);
       }
     }
     slide();

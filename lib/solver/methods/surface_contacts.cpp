@@ -16,24 +16,6 @@ namespace {
 
 using Vector = Vec3<float>;
 
-void move(const StepContext& step, const MovingVertices& vertices, const SurfaceContact& contact,
-          const Vector& push) {
-  for (int k = 0; k < contact.feature.count(); ++k) {
-    const Index place = contact.feature.places[k];
-    Particle& p = vertices.moving[place];
-    const Vector before = load(p);
-    const Vector after = before + (contact.weights[k] * p.w) * push;
-    if (!is_finite_way(after)) {
-      continue;
-    }
-    store(p, after);
-    if (vertices.points != nullptr && !is_explicit(step.data.options)) {  // whose points start
-      FixedPoint& point = step.scratch.fixed_points[place];
-      point = moved_point(point, before, after);
-    }
-  }
-}
-
 // Moves corners by their masses.
 void project(const StepContext& step, SurfaceContact& contact, float friction) {
   const MovingVertices vertices = moving_vertices(step);
@@ -43,7 +25,12 @@ void project(const StepContext& step, SurfaceContact& contact, float friction) {
   }
   project_contact(
       contact, friction, yield, [&] { return read_contact(vertices, contact); },
-      [&](const Vector& push) { move(step, vertices, contact, push); });
+      [&](const Vector& push) {
+        for (int k = 0; k < contact.feature.count(); ++k) {
+          const Index place = contact.feature.places[k];
+          go_on(step, vertices, place, (contact.weights[k] * vertices.moving[place].w) * push);
+        }
+      });
 }
 
 }  // namespace

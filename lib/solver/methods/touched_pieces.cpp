@@ -89,14 +89,10 @@ void find_rigid_contacts(const StepContext& step, const MovingPiece& piece,
 }
 
 void move(const StepContext& step, const MovingPiece& piece, const RigidMove& rigid) {
+  const MovingVertices vertices = moving_vertices(step);
   for (const Index place : piece.places()) {
-    Particle& p = step.scratch.displacements[place];
-    const Vec3<float> before = load(p);
-    const Vec3<float> after = before + part_of(rigid, piece.arm(place));
-    if (piece.counts(place) && is_finite_way(after)) {
-      store(p, after);
-      FixedPoint& point = step.scratch.fixed_points[place];
-      point = moved_point(point, before, after);
+    if (piece.counts(place)) {
+      go_on(step, vertices, place, part_of(rigid, piece.arm(place)));
     }
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/vertex_motion.h"
 
+#include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -111,6 +112,20 @@ MovingVertices moving_vertices(const StepContext& step) noexcept {
             has_points ? step.scratch.fixed_points.data() : nullptr};
   }
   return {step.copy.particles.data(), nullptr};
+}
+
+void go_on(const StepContext& step, const MovingVertices& vertices, Index place,
+           const Vec3<float>& way) {
+  Particle& p = vertices.moving[place];
+  const Vec3<float> before = load(p), after = before + way;
+  if (!is_finite_way(after)) {
+    return;
+  }
+  store(p, after);
+  if (vertices.points != nullptr && !is_explicit(step.data.options)) {
+    FixedPoint& point = vertices.points[place];
+    point = moved_point(point, before, after);
+  }
 }
 
 void predict_positions(const StepContext& step, const FreeMotion<float>& motion) {

@@ -68,6 +68,12 @@ struct MovingVertices {
 
 [[nodiscard]] MovingVertices moving_vertices(const StepContext& step) noexcept;
 
+/// A vertex goes on by a way, and its fixed point with it, but in explicit steps, whose points are
+/// where vertices start. It stays, if it would get to what is not finite.
+/// @param way  m
+void go_on(const StepContext& step, const MovingVertices& vertices, Index place,
+           const Vec3<float>& way);
+
 void predict_positions(const StepContext& step, const FreeMotion<float>& motion);
 void update_velocities(const StepContext& step, const FreeMotion<float>& motion);
 
