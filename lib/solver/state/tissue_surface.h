@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/tissue/follower.h"
 #include "pbdsurg/tissue/tissue.h"
@@ -38,7 +39,7 @@ class TissueSurface final : public Follower {
   void refresh(const Tissue& tissue);
 
   /// Triangles of all bodies, as of the last refresh().
-  [[nodiscard]] Index triangle_count() const noexcept;
+  [[nodiscard]] PBDSURG_API Index triangle_count() const noexcept;
 
   /// Of these: another number, other triangles.
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
