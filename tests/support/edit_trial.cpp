@@ -208,6 +208,10 @@ void EditTrial::tether(Choices& choices) {
   }
 }
 
+void EditTrial::touch(Choices& choices) {
+  touches_.change(choices, solver_, twin_ ? &*twin_ : nullptr);
+}
+
 void EditTrial::begin_step() {
   solver_.start_step(kTimeStep);
   if (twin_) {
@@ -237,11 +241,15 @@ std::string EditTrial::step() {
     if (solver_.state_hash() != twin_->state_hash()) {
       return name + " has not the state of its twin";
     }
+    const std::string touched = touches_.difference(solver_, *twin_);
+    if (!touched.empty()) {
+      return name + ": " + touched + " than its twin";
+    }
     if (had_edits_within && digest_of(inspect(solver_)) != digest_of(inspect(*twin_))) {
       return name + " has not the topology of its twin";
     }
   }
-  return "";
+  return had_edits_within ? "" : surface_difference(solver_, surfaces_);
 }
 
 std::string EditTrial::difference() const {
@@ -290,7 +298,8 @@ EditTrial::Change EditTrial::make_change(Choices& choices) {
   return change;
 }
 
-std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& executor) {
+std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& executor,
+                           bool has_touches) {
   Choices choices(bytes);
   const EditScene& scene = choices.one_of(edit_scenes());
   const std::vector<SolverOptions> all_options = edit_options(scene);
@@ -322,6 +331,9 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& 
     }
     if (!trial.is_stepping() && choices.below(8) == 0) {
       trial.tether(choices);
+    }
+    if (has_touches && !trial.is_stepping() && choices.below(3) == 0) {
+      trial.touch(choices);
     }
     switch (choices.below(10)) {
       case 0:

@@ -24,6 +24,7 @@
 #include "tests/support/choices.h"
 #include "tests/support/edit_scenes.h"
 #include "tests/support/live_model.h"
+#include "tests/support/random_touches.h"
 
 namespace pbdsurg::testing {
 
@@ -60,6 +61,9 @@ class EditTrial {
   /// Adds tethers, or takes them away: on a CPU, by a method that has sweeps.
   void tether(Choices& choices);
 
+  /// Changes what touches what.
+  void touch(Choices& choices);
+
   /// Begins a step, within which edits come until step().
   void start_step();
   [[nodiscard]] bool is_stepping() const { return is_stepping_; }
@@ -88,6 +92,7 @@ class EditTrial {
   StepReport twin_report_;
   bool is_stepping_ = false;
   std::shared_ptr<Tethers> tethers_, twin_tethers_;
+  RandomTouches touches_;
   Cautery cautery_;
   ConnectiveTissue strands_;
   std::vector<LiveSurface> surfaces_;  // [body]
@@ -100,9 +105,10 @@ class EditTrial {
 /// A trial of edits, good and bad, between steps and within them, until the bytes are spent.
 /// @param backend  who steps, with a twin; of the serial backend some trials have one; the strategy
 ///                 of a device is chosen by the bytes
-/// @return  what went wrong; empty if nothing did
+/// @param has_touches  whether the backend knows contact with surfaces
+/// @return             what went wrong; empty if nothing did
 [[nodiscard]] std::string run_edit_trial(std::span<const std::uint8_t> bytes,
-                                         const Executor& executor);
+                                         const Executor& executor, bool has_touches = true);
 
 /// The bytes of one trial of many: a few edits.
 [[nodiscard]] std::vector<std::uint8_t> bytes_of_trial(std::uint64_t seed);

@@ -504,7 +504,13 @@ void compare_plan(const SolverData& data) {
     }
   }
   next += static_cast<std::size_t>(data.custom.count());
-  require(next == data.plan.phases.size(), "phases", index_of(next));
+  require(next <= data.plan.phases.size(), "phases", index_of(next));
+  for (; next < data.plan.phases.size(); ++next) {
+    const PhaseKind kind = data.plan.phases[next].kind;
+    require(kind == PhaseKind::body_contact || kind == PhaseKind::grip ||
+                kind == PhaseKind::attachment || kind == PhaseKind::contact,
+            "phase of what touches", index_of(next));
+  }
 }
 
 // Of a joint plan: edges that are as they were have an owner; those that edits made, and those

@@ -208,7 +208,18 @@ inline std::uint64_t digest_of(const SolverData& data) {
         digest.mix(attachment.color);
         digest.mix_all(attachment.anchor);
       }
+      digest.mix(tool.grip.state);
+      for (const GripPoint& point : tool.grip.points) {
+        digest.mix_all(point.at.vertices);
+        digest.mix_all(point.anchor);
+      }
     }
+  }
+  for (const ContactPair& pair : data.contact_bodies.pairs()) {
+    digest.mix(pair.first);
+    digest.mix(pair.second);
+    digest.mix(pair.contact.thickness);
+    digest.mix(pair.contact.friction);
   }
   for (const Load& gravity : data.gravities) {
     digest.mix_all(std::array{gravity.x, gravity.y, gravity.z});
