@@ -82,6 +82,8 @@ configure_preset() {
     export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER-ccache}"
     export CMAKE_CUDA_COMPILER_LAUNCHER="${CMAKE_CUDA_COMPILER_LAUNCHER-ccache}"
     export CCACHE_BASEDIR="${CCACHE_BASEDIR-$root}"  # else paths of another clone differ
+    # it takes the clone's path out of what is compiled, but is a path itself
+    export CCACHE_IGNOREOPTIONS="${CCACHE_IGNOREOPTIONS--fmacro-prefix-map=*}"
   fi
   (cd "$root" && cmake --preset "$preset" "$@") >"$log" 2>&1 || {
     cat "$log" >&2
