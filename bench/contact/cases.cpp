@@ -6,12 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "pbdsurg/base/random.h"
-
 #include "bench/contact/blocks.h"
 #include "bench/support/neo_hookean.h"
 #include "tests/support/meshes.h"
-#include "tests/support/sheet_meshes.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -181,56 +178,6 @@ ContactOutcome overlap(const SolverOptions& options) {
   return compare_to_zero(1e3 * overlap_of(solver, tool), 1e3 * kEdge);
 }
 
-// Whether a triangle lies across the line upwards from a tip.
-bool crosses(const std::vector<Eigen::Vector3f>& positions, const std::vector<Triangle>& triangles,
-             const Eigen::Vector3f& tip) {
-  return std::ranges::any_of(triangles, [&](const Triangle& t) {
-    const Eigen::Vector3f& origin = positions[t[0]];
-    Eigen::Matrix<float, 3, 2> sides;
-    sides << positions[t[1]] - origin, positions[t[2]] - origin;
-    const Eigen::Vector2f share = sides.topRows<2>().inverse() * (tip - origin).head<2>();
-    return share.minCoeff() >= 0 && share.sum() <= 1 &&
-           origin.z() + sides.row(2).dot(share.transpose()) > tip.z();
-  });
-}
-
-// Of rods that fly at a sheet's faces, edges and vertices, those on its other side at the end.
-// @param step  s
-ContactOutcome shoot(const SolverOptions& options, int shots, float step) {
-  constexpr Index kCells = 8;
-  constexpr double kEdge = 5e-3;
-  const testing::SheetMesh mesh = testing::make_sheet({kCells, kCells}, kEdge);
-  Scene scene;
-  const BodyId sheet = scene.add_sheet("sheet", mesh.positions, mesh.triangles, {});
-  scene.set_gravity(Eigen::Vector3f::Zero());
-  scene.fix_vertices(sheet, testing::rim_of_sheet({kCells, kCells}));
-  int passed = 0;
-  for (int shot = 0; shot < shots; ++shot) {
-    const auto random = [&](int k) { return static_cast<float>(random_unit(7, shot, k)); };
-    Solver solver(scene, options);
-    const Capsule rod{{0, 0, 0}, {0, 0, 50e-3F}, 0.5e-3F};
-    // every third at a vertex, every third at an edge
-    Eigen::Vector2f cell(2 + 4 * random(0), 2 + 4 * random(1));
-    for (int axis = 0; axis < shot % 3; ++axis) {
-      cell[axis] = std::round(cell[axis]);
-    }
-    const float speed = 0.1F + 0.9F * random(2);
-    const Eigen::Vector3f start(5e-3F * cell.x(), 5e-3F * cell.y(), 5e-3F);
-    const ToolId tool = solver.add_tool({&rod, 1}, at(start), kSmooth);
-    Eigen::Vector3f place = start;
-    while (place.z() > -5e-3F) {
-      place.z() = std::max(place.z() - speed * step, -5e-3F);
-      solver.move_tool(tool, at(place));
-      solver.step(step);
-    }
-    for (int i = 0; i < 10; ++i) {
-      solver.step(step);
-    }
-    passed += crosses(solver.positions(), mesh.triangles, place) ? 1 : 0;
-  }
-  return compare_to_zero(passed, shots);
-}
-
 }  // namespace
 
 ContactOutcome compare(double value, double expected) {
@@ -277,16 +224,6 @@ std::vector<ContactCase> contact_cases() {
   cases.push_back({"weight of a block", "N", "m g", 1, true, weigh});
   cases.push_back(
       {"overlap of a bar of 1 mm, 2 mm deep", "mm", "none of an edge", 1, true, overlap});
-  cases.push_back({"rods of 0.5 mm through a sheet, 0.1 to 1 m/s, steps of 5 ms", "passed",
-                   "none of 30", 0, true,
-                   [](const SolverOptions& options) { return shoot(options, 30, 5e-3F); }});
-  for (const auto& [step, name] :
-       {std::pair(1e-3F, "1 ms"), std::pair(5e-3F, "5 ms"), std::pair(16e-3F, "16 ms")}) {
-    cases.push_back(
-        {"rods of 0.5 mm through a sheet, 0.1 to 1 m/s, steps of " + std::string(name), "passed",
-         "none of 340", 0, false,
-         [step = step](const SolverOptions& options) { return shoot(options, 340, step); }});
-  }
   return cases;
 }
 

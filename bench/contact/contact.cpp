@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tools that meet surfaces, by each method, against closed forms and fine meshes.
+// Tools that meet surfaces, by each method, against closed forms and fine meshes, and what contact
+// costs.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +12,11 @@
 
 #include "apps/support/executors.h"
 #include "bench/contact/cases.h"
+#include "bench/contact/cost.h"
 #include "bench/contact/grasp_cases.h"
+#include "bench/contact/sheet_cases.h"
+#include "bench/support/gpu_times.h"
+#include "bench/support/paper_step.h"
 #include "bench/support/program.h"
 #include "bench/support/table_files.h"
 
@@ -32,7 +37,12 @@ struct Method {
 const std::array kMethods{Method{"default", {}},
                           Method{"projections", {.method = SolverMethod::projection}}};
 
-void run(const Arguments& arguments) {
+struct Table {
+  Json rows;
+  std::string text;
+};
+
+Table compare_with_closed_forms(const Arguments& arguments) {
   const std::vector<Column> columns{{"method", "method", 0},
                                     {"backend", "backend", 0},
                                     {"unit", "unit", 0},
@@ -46,6 +56,7 @@ void run(const Arguments& arguments) {
   std::string text = "# Contact\n\n" + markdown_header("case", columns);
   std::fputs(text.c_str(), stdout);
   std::vector<ContactCase> cases = contact_cases();
+  std::ranges::move(sheet_cases(), std::back_inserter(cases));
   std::ranges::move(grasp_cases(), std::back_inserter(cases));
   for (const ContactCase& each : cases) {
     if (arguments.quick && !each.is_quick) {
@@ -72,14 +83,60 @@ void run(const Arguments& arguments) {
       text += line;
     }
   }
-  write_table(arguments.out, "contact", rows, text);
+  return {rows, text};
+}
+
+Table time_contact(const Arguments& arguments) {
+  const std::vector<Column> columns{{"method", "method", 0},
+                                    {"backend", "backend", 0},
+                                    {"us", "us", 0},
+                                    {"share_of_step", "share of the step", 2},
+                                    {"contacts", "contacts", 0}};
+  Json rows = Json::array();
+  std::string text = "\n# What contact adds to a step of liver and gallbladder\n\n" +
+                     markdown_header("stage", columns);
+  std::fputs(text.c_str(), stdout);
+  std::vector<Executor> executors{executor::threads(1)};
+  if (!why_no_gpu()) {
+    executors.push_back(programs::device());
+  }
+  const std::array subjects{
+      CostSubject{"default", {}, ElasticModel::neo_hookean, 5e-3F},
+      CostSubject{"paper", SolverOptions::paper(), ElasticModel::springs, kPaperTimeStep}};
+  for (CostSubject subject : subjects) {
+    for (const Executor& executor : executors) {
+      subject.options.executor = executor;
+      for (const ContactCost& cost : contact_costs(subject, arguments.quick ? 5 : 60)) {
+        rows.push_back({{"scene", "liver and gallbladder"},
+                        {"stage", cost.stage},
+                        {"method", subject.method},
+                        {"backend", executor.name()},
+                        {"us", rounded(cost.us, 10)},
+                        {"share_of_step", rounded(cost.share, 1e3)},
+                        {"contacts", cost.contacts}});
+        const std::string line = markdown_line(cost.stage, rows.back(), columns);
+        std::fputs(line.c_str(), stdout);
+        std::fflush(stdout);
+        text += line;
+      }
+    }
+  }
+  return {rows, text};
+}
+
+void run(const Arguments& arguments) {
+  const Table forms = compare_with_closed_forms(arguments), costs = time_contact(arguments);
+  write_table(arguments.out, "contact", forms.rows, forms.text + costs.text);
+  merge_into_json(arguments.out / "tables.json", "contact_cost", costs.rows);
 }
 
 }  // namespace
 }  // namespace pbdsurg::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Tools that meet surfaces, against closed forms and fine meshes.", "contact");
+  CLI::App app(
+      "Tools that meet surfaces, against closed forms and fine meshes, and what contact costs.",
+      "contact");
   pbdsurg::bench::Arguments arguments;
   app.add_option("--executor", arguments.executor, "such as serial, threads or threads:1");
   app.add_flag("--quick", arguments.quick, "cases of seconds");

@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <time.h>
-
 #include "pbdsurg/haptics/servo.h"
 
 #include "bench/support/program.h"
@@ -121,12 +119,6 @@ void add_event(Table& table, const std::string& name, const Rig& rig) {
                 "N/ms");
   table.at_most(name, "step of commanded force, largest", testing::steps_of(rig.commanded).largest,
                 0.2001, "N/ms");
-}
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 // Packets with all planes, every tick a new pose, every tenth a new packet.

@@ -2,13 +2,15 @@
 #pragma once
 
 /// @file
-/// Wall time of something short.
+/// Time of something short.
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include <time.h>
 
 namespace pbdsurg::bench {
 
@@ -19,6 +21,14 @@ double time_of(Run&& run) {
   run();
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
   return time.count();
+}
+
+/// s of processor time that the calling thread has had: what others do on a busy machine counts
+/// little.
+inline double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// The smallest value that at least a share of the values do not exceed.

@@ -12,7 +12,8 @@
 
 namespace pbdsurg {
 
-/// m/N along a direction, of a vertex that its neighbours hold.
+/// m/N along a direction, of a vertex with holds that its neighbours hold, too; 0 of others, which
+/// are fixed. Found once for each vertex, from gather_holds() on.
 [[nodiscard]] float yield_of(const StepContext& step, const VertexState& state, Index place,
                              const Vec3<float>& direction);
 

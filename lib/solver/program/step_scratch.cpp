@@ -101,6 +101,7 @@ void StepScratch::reserve_holds(const SolverData& data) {
     most_rigid = std::max(most_rigid, rigid);
   }
   holds.reserve(most);
+  gives.reserve(most);
   contact_entries.reserve(most_rigid);
   rigid_contacts.reserve(most_rigid);
 }
@@ -121,13 +122,13 @@ void StepScratch::fit_beside(const SolverData& data) {
 }
 
 std::size_t StepScratch::memory_bytes() const noexcept {
-  std::size_t bytes = bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) +
-                      bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
-                      bytes_of(held) + bytes_of(contact_entries) + bytes_of(rigid_contacts) +
-                      bytes_of(end_ways) + bytes_of(end_gives) + bytes_of(end_shears) +
-                      bytes_of(linked) + bytes_of(lone_ends) + coarse.memory_bytes() +
-                      pushed.memory_bytes() + bytes_of(guards) + bytes_of(springs) +
-                      bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
+  std::size_t bytes =
+      bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) + bytes_of(fixed_points) +
+      bytes_of(first_holds) + bytes_of(holds) + bytes_of(gives) + bytes_of(held) +
+      bytes_of(contact_entries) + bytes_of(rigid_contacts) + bytes_of(end_ways) +
+      bytes_of(end_gives) + bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
+      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) + bytes_of(springs) +
+      bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

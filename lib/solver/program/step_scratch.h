@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/base/export.h"
+#include "pbdsurg/constraints/stiff_link.h"
 
 #include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/pushed_pieces.h"
@@ -71,6 +72,12 @@ struct VertexHold {
   int corner = 0;  ///< of a grip's point, a surface contact, or one between bodies
 };
 
+/// How a vertex with holds gives way.
+struct HeldGive {
+  VertexGive<float> give{};
+  bool is_known = false;
+};
+
 /// Of one worker: who steps copies at the same time has one each. Nothing in it outlives a step.
 struct PBDSURG_API StepScratch {
   std::vector<Particle> previous;       ///< [place] in fraction mode: at the start of the substep
@@ -82,6 +89,7 @@ struct PBDSURG_API StepScratch {
   std::vector<FixedPoint> fixed_points;       ///< [place] where displacements take vertices
   std::vector<Index> first_holds;             ///< [place] or kInvalidIndex
   std::vector<VertexHold> holds;              ///< of the current substep
+  std::vector<HeldGive> gives;                ///< [hold] by the first of a vertex, see yield_of()
   std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
   std::vector<ContactEntry> contact_entries;  // likewise
   std::vector<RigidContact> rigid_contacts;   ///< of one piece, see touched_pieces.h
