@@ -28,6 +28,14 @@ void check_pose(const ToolPose& pose);
 /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive
 void check_capsules(std::span<const Capsule> capsules);
 
+/// @throws InvalidArgument  naming the joint whose axis is no unit or whose capsules there are not,
+///                          or are in part those of another
+void check_joints(std::span<const ToolJoint> joints, std::size_t capsule_count);
+
+/// @param angle  rad
+/// @throws InvalidArgument  naming an angle that is not finite
+void check_angle(float angle);
+
 /// @throws InvalidArgument  unless it has a finite point and a unit normal
 void check_half_space(const HalfSpace& half_space);
 

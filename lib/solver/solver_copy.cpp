@@ -37,6 +37,13 @@ void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
   check_surface(tool.surface);
   check_pose(tool.pose);
   check_pose(tool.target);
+  std::vector<ToolJoint> joints;
+  for (const JointState& state : tool.joints) {
+    joints.push_back(state.joint);
+    check_angle(state.angle);
+    check_angle(state.target);
+  }
+  check_joints(joints, tool.capsules.size());
   std::vector<bool> is_held(static_cast<std::size_t>(tissue.vertex_count()), false);
   for (const Attachment& held : tool.attachments) {
     check_grasped(tissue, id, held.vertex, is_held);
@@ -238,7 +245,7 @@ std::size_t memory_bytes(const SolverMotion& motion) noexcept {
              bytes_of(copy.watched_positions);
     for (const ToolState& tool : copy.tools) {
       bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments) +
-               tool.grip.memory_bytes();
+               bytes_of(tool.joints) + tool.grip.memory_bytes();
     }
   }
   return bytes;

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/solver/grip_checks.h"
@@ -12,13 +13,28 @@
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
+namespace {
+
+JointState& checked_joint(ToolState& tool, Index joint) {
+  if (joint < 0 || joint >= static_cast<Index>(tool.joints.size())) {
+    throw InvalidArgument("there is no joint " + std::to_string(joint) + "; the tool has " +
+                          std::to_string(tool.joints.size()));
+  }
+  return tool.joints[joint];
+}
+
+}  // namespace
 
 ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
-                        const ToolSurface& surface) {
+                        const ToolSurface& surface, std::span<const ToolJoint> joints) {
   check_capsules(capsules);
   check_pose(pose);
   check_surface(surface);
+  check_joints(joints, capsules.size());
   ToolState tool;
+  for (const ToolJoint& joint : joints) {
+    tool.joints.push_back({joint});
+  }
   tool.surface = surface;
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
@@ -69,6 +85,23 @@ ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
 
 ToolPose Solver::tool_target(ToolId tool, Index copy) const {
   return checked_tool(checked_copy(*data_, copy), tool).target;
+}
+
+void Solver::set_joint(ToolId tool, Index joint, float angle, Index copy) {
+  JointState& state = checked_joint(checked_tool(checked_copy(*data_, copy), tool), joint);
+  check_angle(angle);
+  data_->finish_running_step();
+  state.target = angle;
+}
+
+float Solver::joint_angle(ToolId tool, Index joint, Index copy) const {
+  const JointState& state = checked_joint(checked_tool(checked_copy(*data_, copy), tool), joint);
+  data_->finish_running_step();
+  return state.angle;
+}
+
+float Solver::joint_target(ToolId tool, Index joint, Index copy) const {
+  return checked_joint(checked_tool(checked_copy(*data_, copy), tool), joint).target;
 }
 
 void Solver::grasp(ToolId tool, std::span<const Index> vertices, float compliance, Index copy) {

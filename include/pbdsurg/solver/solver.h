@@ -76,6 +76,8 @@ struct Snapshot {
   std::vector<SnapshotContact> contacts{};
   /// [n] Left out, bodies meet each other anew.
   std::vector<SnapshotBodyContact> body_contacts{};
+  /// [tool_count][joint_count of each] rad. Left out, joints stay where they are.
+  std::vector<std::vector<float>> joint_angles{};
 };
 
 class SolverData;
@@ -324,12 +326,15 @@ class PBDSURG_API Solver {
   /// through a face. The first tool that meets edges and triangles has the surfaces of all bodies
   /// found, in O(T log T) of their tetrahedra.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
+  /// @param joints    [m] from the shaft outwards, all at an angle of 0: a joint that turns some of
+  ///                  the capsules of one before it turns no others, and is carried along by that
   /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
   /// positive,
   ///                          or a pose that is not a rotation and a translation, or friction out
-  ///                          of range
+  ///                          of range, or the joint whose axis is no unit or whose capsules there
+  ///                          are not, or are in part those of another
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
-                  const ToolSurface& surface = {});
+                  const ToolSurface& surface = {}, std::span<const ToolJoint> joints = {});
 
   /// Adds what no vertex goes below: a tool in all else.
   /// @param half_space  in the tool's frame
@@ -346,6 +351,20 @@ class PBDSURG_API Solver {
   [[nodiscard]] ToolPose tool_pose(ToolId tool, Index copy = 0) const;
   /// Where it is to be at the end of the next step.
   [[nodiscard]] ToolPose tool_target(ToolId tool, Index copy = 0) const;
+
+  /// Turns a joint: it goes there evenly over the next step, whatever the pose does meanwhile, and
+  /// the tissue that its capsules touch goes along or slips. What the tool holds does not turn.
+  /// @param joint  of those of add_tool(), in their order
+  /// @param angle  rad, finite
+  /// @throws InvalidArgument  naming the tool or joint that there is not, or the angle
+  void set_joint(ToolId tool, Index joint, float angle, Index copy = 0);
+
+  /// rad, where a joint is.
+  /// @throws InvalidArgument  naming the tool or joint that there is not
+  [[nodiscard]] float joint_angle(ToolId tool, Index joint, Index copy = 0) const;
+  /// rad, where it is to be at the end of the next step.
+  /// @throws InvalidArgument  likewise
+  [[nodiscard]] float joint_target(ToolId tool, Index joint, Index copy = 0) const;
 
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
   /// tool holds vertices it does not push any: its jaws are closed around them.

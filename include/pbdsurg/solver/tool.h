@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Instruments as the solver sees them: rigid sets of capsules that push tissue away.
+/// Instruments as the solver sees them: sets of capsules that push tissue away, rigid but for joints.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -26,6 +26,14 @@ struct Capsule {
 struct HalfSpace {
   Eigen::Vector3f point{0, 0, 0};   ///< m, of the plane, in the tool's frame
   Eigen::Vector3f normal{0, 0, 1};  ///< unit, out of it
+};
+
+/// An axis in a tool around which some of its capsules turn: a jaw, a blade, or a wrist with both.
+struct ToolJoint {
+  Eigen::Vector3f point{0, 0, 0};  ///< m, of the axis, in the tool's frame
+  Eigen::Vector3f axis{0, 0, 1};   ///< unit, likewise; positive angles are counter-clockwise
+  Index first_capsule = 0;         ///< the first that it turns
+  Index capsule_count = 0;         ///< how many it turns, positive
 };
 
 /// What of tissue meets a tool.

@@ -27,11 +27,31 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   return pose;
 }
 
-void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
+// In the tool's frame, at a fraction of the step.
+Eigen::Isometry3f turn_of(const JointState& state, float fraction) {
+  const auto& [joint, from, to] = state;
+  const float angle = fraction < 1 ? from + fraction * (to - from) : to;
+  return Eigen::Translation3f(joint.point) * Eigen::AngleAxisf(angle, joint.axis) *
+         Eigen::Translation3f(-joint.point);
+}
+
+void move(Capsule& capsule, const Eigen::Isometry3f& way) {
+  capsule.start = way * capsule.start;
+  capsule.end = way * capsule.end;
+}
+
+// Where capsules are at a fraction of the step: what a joint carries turns before it.
+void place_capsules(const ToolState& tool, const ToolPose& pose, float fraction,
                     std::vector<Capsule>& placed) {
-  placed.clear();
-  for (const Capsule& capsule : capsules) {
-    placed.push_back({pose * capsule.start, pose * capsule.end, capsule.radius});
+  placed.assign(tool.capsules.begin(), tool.capsules.end());
+  for (auto state = tool.joints.rbegin(); state != tool.joints.rend(); ++state) {
+    const Eigen::Isometry3f turn = turn_of(*state, fraction);
+    for (Index c = 0; c < state->joint.capsule_count; ++c) {
+      move(placed[state->joint.first_capsule + c], turn);
+    }
+  }
+  for (Capsule& capsule : placed) {
+    move(capsule, pose);
   }
 }
 
@@ -83,7 +103,7 @@ void place_tools(CopyState& copy, float fraction, float before) {
   for (ToolState& tool : copy.tools) {
     if (tool.has_surface()) {
       tool.placed_before = interpolate(tool.pose, tool.target, before);
-      place_capsules(tool.capsules, tool.placed_before, tool.capsules_before);
+      place_capsules(tool, tool.placed_before, before, tool.capsules_before);
     }
     const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
     for (Attachment& attachment : tool.attachments) {
@@ -92,7 +112,7 @@ void place_tools(CopyState& copy, float fraction, float before) {
     }
     place_grip(tool.grip, pose);
     tool.placed = pose;
-    place_capsules(tool.capsules, pose, tool.placed_capsules);
+    place_capsules(tool, pose, fraction, tool.placed_capsules);
   }
 }
 
@@ -159,7 +179,7 @@ void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
 
 void end_tools(CopyState& copy) {
   for (ToolState& tool : copy.tools) {
-    tool.pose = tool.target;
+    tool.arrive();
   }
 }
 

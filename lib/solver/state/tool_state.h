@@ -34,6 +34,13 @@ struct Contact {
   Eigen::Vector3f point;   ///< m, in the scene, of the tool's surface
 };
 
+/// A joint, and where it is.
+struct JointState {
+  ToolJoint joint;
+  float angle = 0;   ///< rad, at the end of the last step
+  float target = 0;  ///< rad, at the end of the next step
+};
+
 struct ToolState {
   std::vector<Capsule> capsules;
   std::vector<HalfSpace> half_spaces{};
@@ -51,6 +58,22 @@ struct ToolState {
   Eigen::Vector3f force{0, 0, 0};                ///< N, on the tool
   Eigen::Vector3f torque{0, 0, 0};               ///< N m, around its origin
   ToolGrip grip{};                               ///< what its jaws hold with a limit
+  std::vector<JointState> joints{};              ///< from the shaft outwards
+
+  /// Makes the end of this step the start of the next.
+  void arrive() noexcept {
+    pose = target;
+    for (JointState& joint : joints) {
+      joint.angle = joint.target;
+    }
+  }
+  /// Stays where it is.
+  void stay() noexcept {
+    target = pose;
+    for (JointState& joint : joints) {
+      joint.target = joint.angle;
+    }
+  }
 
   /// Whether it holds anything.
   [[nodiscard]] bool holds() const noexcept { return !attachments.empty() || grip.is_shut(); }
