@@ -29,6 +29,9 @@ ToolState& checked_tool(CopyState& copy, ToolId tool) {
     throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; the solver has " +
                           std::to_string(copy.tools.size()));
   }
+  if (copy.tools[tool].is_removed) {
+    throw InvalidArgument("tool " + std::to_string(tool.value) + " was removed");
+  }
   return copy.tools[tool];
 }
 
@@ -76,10 +79,10 @@ void check_joints(std::span<const ToolJoint> joints, std::size_t capsule_count) 
     }
     for (std::size_t carrier = 0; carrier < j; ++carrier) {
       const ToolJoint& other = joints[carrier];
-      const bool is_apart = end_of(joint) <= other.first_capsule ||
-                            end_of(other) <= joint.first_capsule;
-      const bool is_within = joint.first_capsule >= other.first_capsule &&
-                             end_of(joint) <= end_of(other);
+      const bool is_apart =
+          end_of(joint) <= other.first_capsule || end_of(other) <= joint.first_capsule;
+      const bool is_within =
+          joint.first_capsule >= other.first_capsule && end_of(joint) <= end_of(other);
       if (!is_apart && !is_within) {
         refuse(j, "turns some capsules of joint " + std::to_string(carrier) +
                       " and others; it must turn none of them, or those alone");

@@ -19,7 +19,8 @@ namespace pbdsurg {
 /// @throws InvalidArgument  naming the copy that there is not, and how many there are
 CopyState& checked_copy(SolverData& data, Index copy);
 
-/// @throws InvalidArgument  naming the tool that there is not, and how many there are
+/// @throws InvalidArgument  naming the tool that there is not, and how many there are, or that was
+///                          removed
 ToolState& checked_tool(CopyState& copy, ToolId tool);
 
 /// @throws InvalidArgument  unless it is a finite translation and a rotation

@@ -55,6 +55,18 @@ void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
   }
 }
 
+// Calls with its id are refused, so nothing could ever take this away.
+void check_removed(ToolId id, const ToolState& tool, bool is_removed) {
+  if (tool.is_removed != is_removed) {
+    throw InvalidArgument("tool " + std::to_string(id.value) +
+                          " was removed in some copies; it must be there in all or in none");
+  }
+  if (tool.is_removed && (!tool.capsules.empty() || !tool.half_spaces.empty() || tool.holds())) {
+    throw InvalidArgument("tool " + std::to_string(id.value) +
+                          " was removed; it must have no capsules and hold nothing");
+  }
+}
+
 void check_remembered(const SolverData& data, const ToolState& tool) {
   for (const RememberedContact& contact : tool.remembered) {
     for (int k = 0; k < contact.feature.count(); ++k) {
@@ -93,7 +105,9 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
     check_count("tools", own.tools.size(), motion.copies.front().tools.size());
     check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
     for (std::size_t i = 0; i < own.tools.size(); ++i) {
-      check_tool(solver.tissue(), ToolId(static_cast<Index>(i)), own.tools[i]);
+      const ToolId id(static_cast<Index>(i));
+      check_tool(solver.tissue(), id, own.tools[i]);
+      check_removed(id, own.tools[i], motion.copies.front().tools[i].is_removed);
       check_remembered(data, own.tools[i]);
       check_grip_state(data, own.tools[i].grip, own.tools.size());
     }

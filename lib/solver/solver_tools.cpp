@@ -70,6 +70,24 @@ ToolId Solver::add(ToolState tool) {
   return ToolId(static_cast<Index>(data_->tools.size()) - 1);
 }
 
+void Solver::remove_tool(ToolId tool) {
+  checked_tool(*data_, tool);
+  data_->finish_running_step();
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    CopyState& owner = data_->copy(copy);
+    owner.tools[tool].remove();
+    data_->forget_releases(copy, tool);
+    owner.color_attachments();
+  }
+  data_->changes.tools = true;
+  data_->rebuild_plan();
+}
+
+bool Solver::has_tool(ToolId tool) const {
+  return tool >= 0 && tool < static_cast<Index>(data_->tools.size()) &&
+         !data_->tools[tool].is_removed;
+}
+
 void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
   ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   check_pose(pose);

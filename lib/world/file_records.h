@@ -464,9 +464,9 @@ template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {
   auto& [capsules, half_spaces, pose, target, attachments, placed_before, placed, placed_capsules,
          capsules_before, contacts, surface, surface_contacts, remembered, force, torque, grip,
-         joints] = tool;
+         joints, is_removed] = tool;
   visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque, grip);
-  visit(joints);
+  visit(joints, is_removed);
 }
 template <RecordOf<StepReport> Record, class Visit>
 void visit_members(Record& report, Visit& visit) {

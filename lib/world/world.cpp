@@ -281,6 +281,17 @@ ToolId World::add_tool(std::initializer_list<Capsule> capsules, const ToolPose& 
                   joints);
 }
 
+void World::remove_tool(ToolId tool) {
+  Solver& solver = data_->solver_of(tool);
+  for (std::size_t c = 0; c < data_->burners.size(); ++c) {
+    if (data_->burners[c]->setup.tool == tool) {
+      throw InvalidArgument("tool " + std::to_string(tool.value) + " has cautery " +
+                            std::to_string(c) + ", so it cannot be removed");
+    }
+  }
+  solver.remove_tool(tool);
+}
+
 void World::move(ToolId tool, const ToolPose& pose) {
   data_->solver_of(tool).move_tool(tool, pose);
 }

@@ -262,6 +262,10 @@ World WorldFile::make(RecordReader& reader, const Executor& executor) {
     }
     before = edits_before;
     check_id("tool", burner.setup.tool, motion.copies.front().tools.size());
+    if (motion.copies.front().tools[burner.setup.tool].is_removed) {
+      throw InvalidArgument("a cautery is at tool " + std::to_string(burner.setup.tool.value) +
+                            ", which was removed");
+    }
     const Electrode& electrode = burner.setup.electrode;
     if (!electrode.tip.allFinite() || !electrode.heel.allFinite()) {
       throw InvalidArgument("the electrode's ends must be finite");

@@ -76,7 +76,8 @@ struct Snapshot {
   std::vector<SnapshotContact> contacts{};
   /// [n] Left out, bodies meet each other anew.
   std::vector<SnapshotBodyContact> body_contacts{};
-  /// [tool_count][joint_count of each] rad. Left out, joints stay where they are.
+  /// [tool_count][joint_count of each] rad. Left out, joints stay where they are. What is of a tool
+  /// that was removed since has no effect.
   std::vector<std::vector<float>> joint_angles{};
 };
 
@@ -342,6 +343,15 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  naming what of the half space is not finite or no unit, or as above
   ToolId add_half_space(const HalfSpace& half_space, float friction = 0,
                         const ToolPose& pose = ToolPose::Identity());
+
+  /// Takes a tool out of all copies: it lets go of what it holds, and meets tissue no more. Its id
+  /// stays its own: calls with it throw InvalidArgument, and snapshots have a pose for it, as
+  /// before. A grip that close_jaws() made of its contacts stays with the tool that holds.
+  /// @throws InvalidArgument  naming the tool that there is not, or that was removed
+  void remove_tool(ToolId tool);
+
+  /// Whether a tool was added and not removed.
+  [[nodiscard]] bool has_tool(ToolId tool) const;
 
   /// Moves a tool: it travels there evenly over the next step.
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool

@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// Instruments as the solver sees them: sets of capsules that push tissue away, rigid but for joints.
+/// Instruments as the solver sees them: sets of capsules that push tissue away, rigid but for
+/// joints.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -315,6 +315,9 @@ class PBDSURG_API World {
   ToolId add_tool(std::initializer_list<Capsule> capsules,
                   const ToolPose& pose = ToolPose::Identity(), const ToolSurface& surface = {},
                   std::span<const ToolJoint> joints = {});
+  /// As Solver::remove_tool(): what it holds is let go, and its id is not used again.
+  /// @throws InvalidArgument  also if a cautery is at the tool: that is for as long as the world is
+  void remove_tool(ToolId tool);
   /// As Solver::move_tool(): it travels there in the next step.
   void move(ToolId tool, const ToolPose& pose);
   /// As Solver::set_joint(): it turns there in the next step.

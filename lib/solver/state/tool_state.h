@@ -5,6 +5,7 @@
 /// What the solver knows of a tool.
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
@@ -42,23 +43,24 @@ struct JointState {
 };
 
 struct ToolState {
-  std::vector<Capsule> capsules;
+  std::vector<Capsule> capsules{};
   std::vector<HalfSpace> half_spaces{};
   ToolPose pose;    ///< at the end of the last step
   ToolPose target;  ///< at the end of the next step
-  std::vector<Attachment> attachments;
+  std::vector<Attachment> attachments{};
   ToolPose placed_before = ToolPose::Identity();  ///< at the start of the current substep
   ToolPose placed = ToolPose::Identity();         ///< at its end
-  std::vector<Capsule> placed_capsules;           ///< in the world, likewise
-  std::vector<Capsule> capsules_before;           ///< at its start, of tools that meet surfaces
-  std::vector<Contact> contacts;                  ///< of the current substep, ascending by place
+  std::vector<Capsule> placed_capsules{};         ///< in the world, likewise
+  std::vector<Capsule> capsules_before{};         ///< at its start, of tools that meet surfaces
+  std::vector<Contact> contacts{};                ///< of the current substep, ascending by place
   ToolSurface surface{};
-  std::vector<SurfaceContact> surface_contacts;  ///< likewise, in the order of features
-  std::vector<RememberedContact> remembered;     ///< in the order of features
-  Eigen::Vector3f force{0, 0, 0};                ///< N, on the tool
-  Eigen::Vector3f torque{0, 0, 0};               ///< N m, around its origin
-  ToolGrip grip{};                               ///< what its jaws hold with a limit
-  std::vector<JointState> joints{};              ///< from the shaft outwards
+  std::vector<SurfaceContact> surface_contacts{};  ///< likewise, in the order of features
+  std::vector<RememberedContact> remembered{};     ///< in the order of features
+  Eigen::Vector3f force{0, 0, 0};                  ///< N, on the tool
+  Eigen::Vector3f torque{0, 0, 0};                 ///< N m, around its origin
+  ToolGrip grip{};                                 ///< what its jaws hold with a limit
+  std::vector<JointState> joints{};                ///< from the shaft outwards
+  bool is_removed = false;                         ///< then it has nothing of these, but its pose
 
   /// Makes the end of this step the start of the next.
   void arrive() noexcept {
@@ -73,6 +75,13 @@ struct ToolState {
     for (JointState& joint : joints) {
       joint.target = joint.angle;
     }
+  }
+
+  /// Nothing is left of it but its place among the others.
+  void remove() {
+    ToolState gone{.pose = pose, .target = pose};
+    gone.is_removed = true;
+    *this = std::move(gone);
   }
 
   /// Whether it holds anything.
