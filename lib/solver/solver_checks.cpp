@@ -91,6 +91,36 @@ void check_joints(std::span<const ToolJoint> joints, std::size_t capsule_count) 
   }
 }
 
+void check_coupling(const ToolCoupling& coupling) {
+  if (!(coupling.stiffness > 0)) {
+    throw InvalidArgument("the stiffness of a tool's coupling is " + describe(coupling.stiffness) +
+                          " N/m; it must be positive");
+  }
+}
+
+void check_takes_coupling(const SolverData& data, const ToolState& tool, ToolId id) {
+  const std::string own = "tool " + std::to_string(id.value);
+  if (data.backend->keeps_state()) {
+    throw BackendUnavailable("on a device no spring holds tools: " + own + " is to be rigid");
+  }
+  if (is_explicit(data.options)) {
+    throw InvalidArgument("in explicit steps no spring holds tools: " + own + " is to be rigid");
+  }
+  if (!tool.has_surface()) {
+    throw InvalidArgument(own + " has no surface, so a spring cannot hold it: see ToolSurface");
+  }
+  if (tool.holds()) {
+    throw InvalidArgument(own + " holds something, so a spring cannot hold it");
+  }
+}
+
+void check_is_rigid(const ToolState& tool, ToolId id) {
+  if (tool.is_coupled()) {
+    throw InvalidArgument("tool " + std::to_string(id.value) +
+                          " is coupled by a spring, so it cannot hold anything");
+  }
+}
+
 void check_angle(float angle) {
   if (!std::isfinite(angle)) {
     throw InvalidArgument("the angle of a joint is " + describe(angle) + " rad; it must be finite");

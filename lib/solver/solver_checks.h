@@ -33,6 +33,18 @@ void check_capsules(std::span<const Capsule> capsules);
 ///                          or are in part those of another
 void check_joints(std::span<const ToolJoint> joints, std::size_t capsule_count);
 
+/// @throws InvalidArgument  naming a stiffness that is not positive
+void check_coupling(const ToolCoupling& coupling);
+
+/// Of a tool that a spring is to hold, or does.
+/// @throws InvalidArgument     if it meets no surfaces or holds something, or in explicit steps
+/// @throws BackendUnavailable  if the solver is on a device
+void check_takes_coupling(const SolverData& data, const ToolState& tool, ToolId id);
+
+/// Of a tool that is to hold something.
+/// @throws InvalidArgument  if a spring holds it
+void check_is_rigid(const ToolState& tool, ToolId id);
+
 /// @param angle  rad
 /// @throws InvalidArgument  naming an angle that is not finite
 void check_angle(float angle);

@@ -31,7 +31,8 @@ void check_count(const char* what, std::size_t count, std::size_t expected) {
   }
 }
 
-void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
+void check_tool(const SolverData& data, ToolId id, const ToolState& tool) {
+  const Tissue& tissue = *data.tissue;
   check_capsules(tool.capsules);
   std::ranges::for_each(tool.half_spaces, check_half_space);
   check_surface(tool.surface);
@@ -44,6 +45,14 @@ void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
     check_angle(state.target);
   }
   check_joints(joints, tool.capsules.size());
+  check_coupling(tool.coupling);
+  if (tool.is_coupled()) {
+    check_takes_coupling(data, tool, id);
+  }
+  if (!tool.displacement.allFinite()) {
+    throw InvalidArgument("the displacement of tool " + std::to_string(id.value) +
+                          " is not finite");
+  }
   std::vector<bool> is_held(static_cast<std::size_t>(tissue.vertex_count()), false);
   for (const Attachment& held : tool.attachments) {
     check_grasped(tissue, id, held.vertex, is_held);
@@ -106,7 +115,7 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
     check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
     for (std::size_t i = 0; i < own.tools.size(); ++i) {
       const ToolId id(static_cast<Index>(i));
-      check_tool(solver.tissue(), id, own.tools[i]);
+      check_tool(data, id, own.tools[i]);
       check_removed(id, own.tools[i], motion.copies.front().tools[i].is_removed);
       check_remembered(data, own.tools[i]);
       check_grip_state(data, own.tools[i].grip, own.tools.size());

@@ -62,6 +62,12 @@ void check_roundings(const Snapshot& snapshot) {
   }
 }
 
+void check_displacement(const Eigen::Vector3f& displacement) {
+  if (!displacement.allFinite()) {
+    throw InvalidArgument("a displacement of a tool in the snapshot is not finite");
+  }
+}
+
 std::vector<std::vector<float>> angles_of(std::span<const ToolState> tools) {
   std::vector<std::vector<float>> angles(tools.size());
   for (std::size_t t = 0; t < tools.size(); ++t) {
@@ -191,6 +197,7 @@ Snapshot Solver::snapshot(Index copy) const {
   Snapshot snapshot{positions(copy), velocities(copy), {}, tissue().identified_version()};
   for (const ToolState& tool : state.tools) {
     snapshot.tool_poses.push_back(tool.pose);
+    snapshot.tool_displacements.push_back(tool.displacement);
   }
   for (std::size_t v = 0; v < state.carries.size(); ++v) {
     const Carry& carry = state.carries[data_->place_of_vertex[v]];
@@ -248,6 +255,11 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   }
   check_contacts(snapshot.contacts, state.tools, state.particles.size());
   check_angles(snapshot.joint_angles, state.tools);
+  check_size_if_any("the snapshot's tool displacements", snapshot.tool_displacements.size(),
+                    state.tools.size());
+  for (const Eigen::Vector3f& displacement : snapshot.tool_displacements) {
+    check_displacement(displacement);
+  }
   check_touches(snapshot.body_contacts, state.particles.size(), tissue().bodies().size());
   for (const float share : snapshot.falling) {
     if (!(share >= 0) || !(share <= 1)) {
@@ -282,6 +294,10 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
       joint.target = snapshot.joint_angles.empty() ? joint.angle : snapshot.joint_angles[t][j];
     }
     tool.arrive();
+    tool.displacement.setZero();
+    if (tool.is_coupled() && !snapshot.tool_displacements.empty()) {
+      tool.displacement = snapshot.tool_displacements[t];
+    }
     tool.attachments.clear();
     tool.grip = {};
     data_->forget_releases(copy, static_cast<Index>(t));

@@ -88,6 +88,18 @@ bool Solver::has_tool(ToolId tool) const {
          !data_->tools[tool].is_removed;
 }
 
+void Solver::couple_tool(ToolId tool, const ToolCoupling& coupling) {
+  checked_tool(*data_, tool);
+  check_coupling(coupling);
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    check_takes_coupling(*data_, data_->copy(copy).tools[tool], tool);
+  }
+  data_->finish_running_step();
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    data_->copy(copy).tools[tool].couple(coupling);
+  }
+}
+
 void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
   ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   check_pose(pose);
@@ -98,7 +110,7 @@ void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
 ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
-  return state.pose;
+  return Eigen::Translation3f(state.displacement) * state.pose;
 }
 
 ToolPose Solver::tool_target(ToolId tool, Index copy) const {
@@ -126,6 +138,7 @@ void Solver::grasp(ToolId tool, std::span<const Index> vertices, float complianc
   CopyState& owner = checked_copy(*data_, copy);
   ToolState& state = checked_tool(owner, tool);
   check_grasp_compliance(compliance);
+  check_is_rigid(state, tool);
   if (state.grip.is_shut()) {
     check_holds_nothing(state, tool);
   }

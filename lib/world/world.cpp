@@ -292,6 +292,10 @@ void World::remove_tool(ToolId tool) {
   solver.remove_tool(tool);
 }
 
+void World::couple(ToolId tool, const ToolCoupling& coupling) {
+  data_->solver_of(tool).couple_tool(tool, coupling);
+}
+
 void World::move(ToolId tool, const ToolPose& pose) {
   data_->solver_of(tool).move_tool(tool, pose);
 }

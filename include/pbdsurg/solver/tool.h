@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,16 @@ enum class ContactFeatures : std::uint8_t {
 struct ToolSurface {
   ContactFeatures features = ContactFeatures::vertices;  ///< what it pushes
   float friction = 0;  ///< Coulomb's coefficient, >= 0, at rest and sliding
+};
+
+/// A spring between a tool and where it is to be, as between an instrument and a hand: tissue
+/// pushes the tool away by its force over the stiffness, in any direction, and does not turn it. So
+/// a hand pushes no harder than stiffness times the way between the two. (The "virtual coupling" of
+/// Colgate, Stanley, Brown 1995, without mass.)
+struct ToolCoupling {
+  /// N/m, positive; a hand on a haptic device bears 300 to 1000. Infinite: no spring, a tool is
+  /// where it is to be.
+  float stiffness = std::numeric_limits<float>::infinity();
 };
 
 /// Tissue that pushes a tool, at one point.

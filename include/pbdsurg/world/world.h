@@ -318,6 +318,9 @@ class PBDSURG_API World {
   /// As Solver::remove_tool(): what it holds is let go, and its id is not used again.
   /// @throws InvalidArgument  also if a cautery is at the tool: that is for as long as the world is
   void remove_tool(ToolId tool);
+  /// As Solver::couple_tool(): from the next step on a spring holds it, in all replicas. pose() is
+  /// where it is to be, Solver::tool_pose() where it is.
+  void couple(ToolId tool, const ToolCoupling& coupling);
   /// As Solver::move_tool(): it travels there in the next step.
   void move(ToolId tool, const ToolPose& pose);
   /// As Solver::set_joint(): it turns there in the next step.

@@ -2,6 +2,7 @@
 #include "lib/solver/methods/contact_stage.h"
 
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/coupled_tool.h"
 #include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/near_search.h"
@@ -24,6 +25,15 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   pose.linear() = Eigen::Quaternionf(from.linear())
                       .slerp(fraction, Eigen::Quaternionf(to.linear()))
                       .toRotationMatrix();
+  return pose;
+}
+
+// At a fraction of the step, as far as it is known before contacts are met.
+ToolPose pose_at(const ToolState& tool, float fraction) {
+  ToolPose pose = interpolate(tool.pose, tool.target, fraction);
+  if (tool.is_coupled()) {
+    pose.pretranslate(tool.displacement);
+  }
   return pose;
 }
 
@@ -102,10 +112,10 @@ void begin_tools(CopyState& copy) {
 void place_tools(CopyState& copy, float fraction, float before) {
   for (ToolState& tool : copy.tools) {
     if (tool.has_surface()) {
-      tool.placed_before = interpolate(tool.pose, tool.target, before);
+      tool.placed_before = pose_at(tool, before);
       place_capsules(tool, tool.placed_before, before, tool.capsules_before);
     }
-    const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
+    const ToolPose pose = pose_at(tool, fraction);
     for (Attachment& attachment : tool.attachments) {
       attachment.target = pose * attachment.anchor;
       attachment.multiplier.setZero();
@@ -124,6 +134,7 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
     ToolState& tool = step.copy.tools[t];
     tool.contacts.clear();
     tool.surface_contacts.clear();
+    begin_coupling(step, lengths, tool);
     if (!step.copy.pushes(t)) {
       continue;
     }
@@ -173,6 +184,7 @@ void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float 
 void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
   for (ToolState& tool : step.copy.tools) {
     remember_contacts(tool, lengths.inverse_dt_squared);
+    end_coupling(tool);
   }
   remember_touches(step, lengths);
 }

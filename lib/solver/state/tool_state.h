@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/tool.h"
 
 #include "lib/solver/state/grip_state.h"
@@ -61,6 +63,22 @@ struct ToolState {
   ToolGrip grip{};                                 ///< what its jaws hold with a limit
   std::vector<JointState> joints{};                ///< from the shaft outwards
   bool is_removed = false;                         ///< then it has nothing of these, but its pose
+  ToolCoupling coupling{};
+  Eigen::Vector3f displacement{0, 0,
+                               0};  ///< m, of a coupled tool, from its pose: see coupled_tool.h
+  Vec3<float> shift{};              ///< m, that the current substep adds to it
+  float yield = 0;                  ///< 1/kg, in the current substep, of its spring
+
+  /// A spring holds it from here on, or none does.
+  void couple(const ToolCoupling& by) noexcept {
+    coupling = by;
+    if (!is_coupled()) {
+      displacement.setZero();
+      shift = {};
+      yield = 0;
+    }
+  }
+  [[nodiscard]] bool is_coupled() const noexcept { return coupling.stiffness < kInfinity; }
 
   /// Makes the end of this step the start of the next.
   void arrive() noexcept {
