@@ -133,7 +133,7 @@ TEST_CASE("coupled tool: its spring and the tissue are in series", "[validation]
   };
   float full = 0, actual = 0;
   const float block = force_at(kDepth / 4, {}, full) / (kDepth / 4);  // N/m
-  CHECK(full == kDepth / 4);
+  CHECK(full == Approx(kDepth / 4).epsilon(1e-4));
   const float depth = kDepth / 4 * (kStiffness + block) / kStiffness;
   const float force = force_at(depth, {kStiffness}, actual);
   CHECK(force == Approx(depth / (1 / block + 1 / kStiffness)).epsilon(0.02));
@@ -163,8 +163,8 @@ TEST_CASE("coupled tool: a table gives way by the weight on it", "[validation]")
 
 // Would catch a tool that leaps through what is between it and where it is to be.
 TEST_CASE("coupled tool: what tissue lets go of comes back in strides", "[unit]") {
-  const SolverMethod method = any_method();
-  Solver solver(make_block(1e6F), {.method = method, .substeps = 1, .iterations = 10});
+  Solver solver(make_block(1e6F),
+                {.method = SolverMethod::vertex_block, .substeps = 1, .iterations = 10});
   const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), kAll);
   solver.couple_tool(tool, {300});
   press(solver, tool, kTouch, 2.5F * kRadius, [](int) {});
@@ -190,8 +190,11 @@ TEST_CASE("coupled tool: any number of threads has the serial bits, and a snapsh
           "[determinism]") {
   const SolverMethod method = any_method();
   const auto run = [&](Executor executor, bool restores) {
-    Solver solver(make_block(10e3F),
-                  {.method = method, .executor = std::move(executor), .math = MathMode::strict});
+    Solver solver(make_block(10e3F), {.method = method,
+                                      .substeps = 4,
+                                      .iterations = 4,
+                                      .executor = std::move(executor),
+                                      .math = MathMode::strict});
     const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), kAll);
     solver.couple_tool(tool, {300});
     for (int i = 1; i <= 30; ++i) {
@@ -242,7 +245,9 @@ TEST_CASE("coupled tool: what cannot be is refused", "[errors]") {
   snapshot.tool_displacements[0].x() = NAN;
   CHECK_THROWS_WITH(solver.restore(snapshot), ContainsSubstring("displacement of a tool"));
 
-  Solver steps = block({.method = SolverMethod::explicit_steps});
+  Scene undamped;
+  undamped.add_body("block", testing::make_box({1, 1, 1}, double{kEdge}), {});
+  Solver steps(undamped, {.method = SolverMethod::explicit_steps});
   CHECK_THROWS_WITH(steps.couple_tool(steps.add_tool({&kBall, 1}, at(kTouch), kAll), {300}),
                     ContainsSubstring("in explicit steps no spring holds tools"));
   Solver device = block({.executor = testing::fake_device()});

@@ -147,26 +147,37 @@ TEST_CASE("tool joint: jaws hold a block, or let it slide", "[validation]") {
   if (friction > 0.1F) {
     testing::run(solver, kStep, 0.5F);
   }
-  const double before = mean_of(solver).y();
+  const auto speed = [&] {  // of a block whose vertices have unequal masses
+    double momentum = 0, mass = 0;
+    const std::vector<Vector3f> velocities = solver.velocities();
+    for (Index v = 0; v < solver.vertex_count(); ++v) {
+      momentum += solver.tissue().masses()[v] * double{velocities[v].y()};
+      mass += solver.tissue().masses()[v];
+    }
+    return momentum / mass;
+  };
+  const double before = mean_of(solver).y(), speed_before = speed();
 
-  constexpr int kCount = 20;
-  double pressed = 0;
+  constexpr int kCount = 10;
+  double dragged = 0, pressed = 0, rubbed = 0;
   for (int i = 0; i < kCount; ++i) {
     solver.step(kStep);
-    const auto [upper, lower] = forces_of(solver, tool);
-    pressed += (upper.pressed + lower.pressed) / kCount;
+    dragged += solver.tool_force(tool).y() / kCount;
+    for (const JawForces& jaw : forces_of(solver, tool)) {
+      pressed += jaw.pressed / kCount;
+      rubbed += jaw.sum.y() / kCount;
+    }
   }
 
-  const double gone = mean_of(solver).y() - before;
-  const double limit = friction * pressed / kBlockMass;  // m/s^2
   if (friction > 0.1F) {
-    CHECK(limit > kPull);
-    CHECK(std::abs(gone) < 1e-6);
+    CHECK(dragged == Approx(kBlockMass * kPull).epsilon(0.02));
+    CHECK(dragged < friction * pressed);
+    CHECK(std::abs(mean_of(solver).y() - before) < 1e-6);
   } else {
-    // of steps of implicit Euler, which take the speed after each
-    const double time = kCount * double{kStep};
-    CHECK(limit > 0.1 * kPull);
-    CHECK(gone == Approx((kPull - limit) * time * (time + double{kStep}) / 2).epsilon(0.02));
+    const double gained = (speed() - speed_before) / (kCount * double{kStep});
+    CHECK(rubbed == Approx(friction * pressed).epsilon(0.02));
+    CHECK(gained == Approx(kPull - dragged / kBlockMass).epsilon(0.02));
+    CHECK(dragged == Approx(rubbed).epsilon(0.05));
   }
 }
 
@@ -194,7 +205,8 @@ TEST_CASE("tool joint: a blade that turns pushes a ball with omega x r", "[valid
 
   const Vector3f along(std::cos(angle), std::sin(angle), 0), normal(-along.y(), along.x(), 0);
   const Vector3f x = solver.positions()[0], v = solver.velocities()[0];
-  CHECK(x.dot(normal) == Approx(kRadius).epsilon(1e-2));
+  CHECK(x.dot(normal) > 0.99F * kRadius);
+  CHECK(x.dot(normal) < 1.1F * kRadius);
   CHECK(v.dot(normal) == Approx(kSpeed * x.dot(along)).epsilon(2e-2));
   CHECK(x.dot(along) > 29e-3F);
 }
