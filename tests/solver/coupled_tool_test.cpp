@@ -79,7 +79,7 @@ TEST_CASE("coupled tool: tissue pushes it away by its force over the stiffness",
                                          std::pair(SolverMethod::vertex_block, 1e6F));
   const float stiffness = GENERATE(300.0F, 1000.0F);
   CAPTURE(static_cast<int>(method), tissue, stiffness);
-  Solver solver(make_block(tissue), {.method = method});
+  Solver solver(make_block(tissue), {.method = method, .executor = executor::serial()});
   const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), kAll);
   solver.couple_tool(tool, {stiffness});
   constexpr float kDepth = 2e-3F;
@@ -105,7 +105,7 @@ TEST_CASE("coupled tool: tissue pushes it away by its force over the stiffness",
 // Would catch a tool that is not where it is to be with nothing around it.
 TEST_CASE("coupled tool: it moves freely without a lag", "[unit]") {
   const SolverMethod method = any_method();
-  Solver solver(make_block(10e3F), {.method = method});
+  Solver solver(make_block(10e3F), {.method = method, .executor = executor::serial()});
   const ToolId tool = solver.add_tool({&kBall, 1}, at({0, 0, 0.1F}), kAll);
   solver.couple_tool(tool, {300});
   for (int i = 1; i <= 10; ++i) {
@@ -124,7 +124,7 @@ TEST_CASE("coupled tool: its spring and the tissue are in series", "[validation]
   CAPTURE(static_cast<int>(method));
   constexpr float kDepth = 1e-3F, kStiffness = 500;
   const auto force_at = [&](float depth, const ToolCoupling& coupling, float& actual) {
-    Solver solver(make_block(10e3F), {.method = method});
+    Solver solver(make_block(10e3F), {.method = method, .executor = executor::serial()});
     const ToolId plate = solver.add_half_space({{0, 0, 0}, {0, 0, -1}}, 0, at({0, 0, kHeight}));
     solver.couple_tool(plate, coupling);
     press(solver, plate, {0, 0, kHeight}, depth, [](int) {});

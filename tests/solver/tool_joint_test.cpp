@@ -113,7 +113,7 @@ TEST_CASE("tool joint: closing jaws feel equal and opposite forces", "[validatio
   CAPTURE(static_cast<int>(method));
   Scene scene = make_free_block();
   scene.set_gravity({0, 0, 0});
-  Solver solver(scene, {.method = method});
+  Solver solver(scene, {.method = method, .executor = executor::serial()});
   const Jaws jaws;
   const ToolId tool = solver.add_tool(jaws.bars, ToolPose::Identity(), {ContactFeatures::all, 0.3F},
                                       std::array{jaws.upper, jaws.lower});
@@ -191,7 +191,7 @@ TEST_CASE("tool joint: a blade that turns pushes a ball with omega x r", "[valid
   Scene scene;
   scene.add_particles("ball", std::vector<Vector3d>{{30e-3, 5.1e-3, 0}}, 1e-3);
   scene.set_gravity({0, 0, 0});
-  Solver solver(scene, {.method = method});
+  Solver solver(scene, {.method = method, .executor = executor::serial()});
   const Capsule blade{{0, 0, 0}, {80e-3F, 0, 0}, kRadius};
   const ToolId tool = solver.add_tool({&blade, 1}, ToolPose::Identity(), surface,
                                       std::array{ToolJoint{.capsule_count = 1}});
@@ -216,7 +216,8 @@ TEST_CASE("tool joint: jaws do what two tools do that move alike", "[equivalence
   const SolverMethod method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   CAPTURE(static_cast<int>(method));
   const Scene scene = make_free_block();
-  Solver jointed(scene, {.method = method}), rigid(scene, {.method = method});
+  Solver jointed(scene, {.method = method, .executor = executor::serial()}),
+      rigid(scene, {.method = method, .executor = executor::serial()});
   const Vector3f hinge(-0.1F, 0, 5e-3F);
   std::vector<Capsule> bars;  // in the frame of the hinge
   for (const Capsule& bar : Jaws().bars) {

@@ -36,7 +36,7 @@ TEST_CASE("tool removal: what a tool held or bore falls freely", "[validation]")
   const SolverMethod method = any_method();
   const bool holds = GENERATE(false, true);
   CAPTURE(static_cast<int>(method), holds);
-  Solver solver(make_free_block(), {.method = method});
+  Solver solver(make_free_block(), {.method = method, .executor = executor::serial()});
   const ToolId far = solver.add_half_space({{0, 0, -1}});
   const Capsule ball{{0, 0, 0.5F}, {0, 0, 0.5F}, 1e-3F};
   const ToolId tool =
@@ -92,7 +92,7 @@ TEST_CASE("tool removal: an id is never used again", "[errors]") {
 // Would catch a snapshot that brings a tool back, or is refused as it has one more.
 TEST_CASE("tool removal: a snapshot from before goes on without the tool", "[property]") {
   const SolverMethod method = any_method();
-  Solver solver(make_free_block(), {.method = method});
+  Solver solver(make_free_block(), {.method = method, .executor = executor::serial()});
   const Capsule bar{{0, -0.1F, -2e-3F}, {0, 0.1F, -2e-3F}, 2e-3F};
   const ToolId tool = solver.add_tool({&bar, 1}, ToolPose::Identity(), {ContactFeatures::all, 0.1F},
                                       std::array{ToolJoint{.capsule_count = 1}});
@@ -113,7 +113,7 @@ TEST_CASE("tool removal: a snapshot from before goes on without the tool", "[pro
 // Would catch an undo that gives vertices back to a tool that is gone.
 TEST_CASE("tool removal: no undo brings back what the tool held", "[edit]") {
   const SolverMethod method = any_method();
-  Solver solver(make_free_block(), {.method = method});
+  Solver solver(make_free_block(), {.method = method, .executor = executor::serial()});
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::array<Index, 1>{0});
   std::vector<Index> all;

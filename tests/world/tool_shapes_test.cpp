@@ -62,7 +62,9 @@ TEST_CASE("tool shapes: a world in a file goes on with them, to the bit", "[prop
   for (int i = 1; i <= 20; ++i) {
     shapes.step(world, i);
   }
-  const auto tip = [&](World& of) { return of.solver().tool_pose(shapes.ball).translation(); };
+  const auto tip = [&](World& of) {
+    return Eigen::Vector3f(of.solver().tool_pose(shapes.ball).translation());
+  };
   REQUIRE(world.force(shapes.ball).z() > 0);
   REQUIRE(tip(world).z() > world.pose(shapes.ball).translation().z());
   REQUIRE(!world.solver().tool_contacts(shapes.jaws).empty());
