@@ -20,7 +20,7 @@ using Vector = Vec3<float>;
 constexpr int kMostPasses = 8;  // of Newton's method: contacts open and close, stick and slip
 constexpr float kSmallestMove = 1e-6F;  // of the displacement: a rounding
 
-// m, by how much a tool may come back in a substep, half of what contacts see beside it.
+// m, by how much a tool may come back in a substep: its axis then has not passed what it meets.
 float stride_of(const ToolState& tool) {
   float least = kInfinity;
   for (const Capsule& capsule : tool.capsules) {
