@@ -294,7 +294,7 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   data.contact_bodies.refresh(*data.tissue, data.surface, data.place_of_vertex);
   CopyState probe = now;
   for (ToolState& tool : probe.tools) {
-    tool.target = tool.pose;
+    tool.stay();
   }
   StepScratch scratch;
   scratch.fit_beside(data);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "pbdsurg/base/error.h"
@@ -28,6 +29,9 @@ ToolState& checked_tool(CopyState& copy, ToolId tool) {
     throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; the solver has " +
                           std::to_string(copy.tools.size()));
   }
+  if (copy.tools[tool].is_removed) {
+    throw InvalidArgument("tool " + std::to_string(tool.value) + " was removed");
+  }
   return copy.tools[tool];
 }
 
@@ -50,6 +54,76 @@ void check_capsules(std::span<const Capsule> capsules) {
                             std::to_string(capsule.radius) +
                             " m; ends must be finite and the radius positive");
     }
+  }
+}
+
+void check_joints(std::span<const ToolJoint> joints, std::size_t capsule_count) {
+  constexpr float kRounding = 1e-3F;
+  const auto refuse = [](std::size_t joint, const std::string& why) {
+    throw InvalidArgument("joint " + std::to_string(joint) + " " + why);
+  };
+  const auto end_of = [](const ToolJoint& joint) {
+    return std::int64_t{joint.first_capsule} + joint.capsule_count;
+  };
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const ToolJoint& joint = joints[j];
+    if (!joint.point.allFinite() || !(std::abs(joint.axis.norm() - 1) < kRounding)) {
+      refuse(j, "has an axis of length " + describe(joint.axis.norm()) +
+                    "; it must be a unit, and the point finite");
+    }
+    if (joint.first_capsule < 0 || joint.capsule_count <= 0 ||
+        end_of(joint) > static_cast<std::int64_t>(capsule_count)) {
+      refuse(j, "turns " + std::to_string(joint.capsule_count) + " capsules from " +
+                    std::to_string(joint.first_capsule) + " on; it must turn some of the tool's " +
+                    std::to_string(capsule_count));
+    }
+    for (std::size_t carrier = 0; carrier < j; ++carrier) {
+      const ToolJoint& other = joints[carrier];
+      const bool is_apart =
+          end_of(joint) <= other.first_capsule || end_of(other) <= joint.first_capsule;
+      const bool is_within =
+          joint.first_capsule >= other.first_capsule && end_of(joint) <= end_of(other);
+      if (!is_apart && !is_within) {
+        refuse(j, "turns some capsules of joint " + std::to_string(carrier) +
+                      " and others; it must turn none of them, or those alone");
+      }
+    }
+  }
+}
+
+void check_coupling(const ToolCoupling& coupling) {
+  if (!(coupling.stiffness > 0)) {
+    throw InvalidArgument("the stiffness of a tool's coupling is " + describe(coupling.stiffness) +
+                          " N/m; it must be positive");
+  }
+}
+
+void check_takes_coupling(const SolverData& data, const ToolState& tool, ToolId id) {
+  const std::string own = "tool " + std::to_string(id.value);
+  if (data.backend->keeps_state()) {
+    throw BackendUnavailable("on a device no spring holds tools: " + own + " is to be rigid");
+  }
+  if (is_explicit(data.options)) {
+    throw InvalidArgument("in explicit steps no spring holds tools: " + own + " is to be rigid");
+  }
+  if (!tool.has_surface()) {
+    throw InvalidArgument(own + " has no surface, so a spring cannot hold it: see ToolSurface");
+  }
+  if (tool.holds()) {
+    throw InvalidArgument(own + " holds something, so a spring cannot hold it");
+  }
+}
+
+void check_is_rigid(const ToolState& tool, ToolId id) {
+  if (tool.is_coupled()) {
+    throw InvalidArgument("tool " + std::to_string(id.value) +
+                          " is coupled by a spring, so it cannot hold anything");
+  }
+}
+
+void check_angle(float angle) {
+  if (!std::isfinite(angle)) {
+    throw InvalidArgument("the angle of a joint is " + describe(angle) + " rad; it must be finite");
   }
 }
 

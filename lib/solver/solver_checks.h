@@ -19,7 +19,8 @@ namespace pbdsurg {
 /// @throws InvalidArgument  naming the copy that there is not, and how many there are
 CopyState& checked_copy(SolverData& data, Index copy);
 
-/// @throws InvalidArgument  naming the tool that there is not, and how many there are
+/// @throws InvalidArgument  naming the tool that there is not, and how many there are, or that was
+///                          removed
 ToolState& checked_tool(CopyState& copy, ToolId tool);
 
 /// @throws InvalidArgument  unless it is a finite translation and a rotation
@@ -27,6 +28,26 @@ void check_pose(const ToolPose& pose);
 
 /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive
 void check_capsules(std::span<const Capsule> capsules);
+
+/// @throws InvalidArgument  naming the joint whose axis is no unit or whose capsules there are not,
+///                          or are in part those of another
+void check_joints(std::span<const ToolJoint> joints, std::size_t capsule_count);
+
+/// @throws InvalidArgument  naming a stiffness that is not positive
+void check_coupling(const ToolCoupling& coupling);
+
+/// Of a tool that a spring is to hold, or does.
+/// @throws InvalidArgument     if it meets no surfaces or holds something, or in explicit steps
+/// @throws BackendUnavailable  if the solver is on a device
+void check_takes_coupling(const SolverData& data, const ToolState& tool, ToolId id);
+
+/// Of a tool that is to hold something.
+/// @throws InvalidArgument  if a spring holds it
+void check_is_rigid(const ToolState& tool, ToolId id);
+
+/// @param angle  rad
+/// @throws InvalidArgument  naming an angle that is not finite
+void check_angle(float angle);
 
 /// @throws InvalidArgument  unless it has a finite point and a unit normal
 void check_half_space(const HalfSpace& half_space);

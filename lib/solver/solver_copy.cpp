@@ -31,12 +31,28 @@ void check_count(const char* what, std::size_t count, std::size_t expected) {
   }
 }
 
-void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
+void check_tool(const SolverData& data, ToolId id, const ToolState& tool) {
+  const Tissue& tissue = *data.tissue;
   check_capsules(tool.capsules);
   std::ranges::for_each(tool.half_spaces, check_half_space);
   check_surface(tool.surface);
   check_pose(tool.pose);
   check_pose(tool.target);
+  std::vector<ToolJoint> joints;
+  for (const JointState& state : tool.joints) {
+    joints.push_back(state.joint);
+    check_angle(state.angle);
+    check_angle(state.target);
+  }
+  check_joints(joints, tool.capsules.size());
+  check_coupling(tool.coupling);
+  if (tool.is_coupled()) {
+    check_takes_coupling(data, tool, id);
+  }
+  if (!tool.displacement.allFinite()) {
+    throw InvalidArgument("the displacement of tool " + std::to_string(id.value) +
+                          " is not finite");
+  }
   std::vector<bool> is_held(static_cast<std::size_t>(tissue.vertex_count()), false);
   for (const Attachment& held : tool.attachments) {
     check_grasped(tissue, id, held.vertex, is_held);
@@ -45,6 +61,18 @@ void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
       throw InvalidArgument("vertex " + std::to_string(held.vertex) +
                             " is held at a place that is not finite");
     }
+  }
+}
+
+// Calls with its id are refused, so nothing could ever take this away.
+void check_removed(ToolId id, const ToolState& tool, bool is_removed) {
+  if (tool.is_removed != is_removed) {
+    throw InvalidArgument("tool " + std::to_string(id.value) +
+                          " was removed in some copies; it must be there in all or in none");
+  }
+  if (tool.is_removed && (!tool.capsules.empty() || !tool.half_spaces.empty() || tool.holds())) {
+    throw InvalidArgument("tool " + std::to_string(id.value) +
+                          " was removed; it must have no capsules and hold nothing");
   }
 }
 
@@ -86,7 +114,9 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
     check_count("tools", own.tools.size(), motion.copies.front().tools.size());
     check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
     for (std::size_t i = 0; i < own.tools.size(); ++i) {
-      check_tool(solver.tissue(), ToolId(static_cast<Index>(i)), own.tools[i]);
+      const ToolId id(static_cast<Index>(i));
+      check_tool(data, id, own.tools[i]);
+      check_removed(id, own.tools[i], motion.copies.front().tools[i].is_removed);
       check_remembered(data, own.tools[i]);
       check_grip_state(data, own.tools[i].grip, own.tools.size());
     }
@@ -238,7 +268,7 @@ std::size_t memory_bytes(const SolverMotion& motion) noexcept {
              bytes_of(copy.watched_positions);
     for (const ToolState& tool : copy.tools) {
       bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments) +
-               tool.grip.memory_bytes();
+               bytes_of(tool.joints) + tool.grip.memory_bytes();
     }
   }
   return bytes;

@@ -79,6 +79,7 @@ void Solver::grasp(ToolId tool, std::span<const TissuePoint> points, const Grip&
   check_takes_grips(*data_);
   check_grip(grip);
   check_holds_nothing(state, tool);
+  check_is_rigid(state, tool);
   check_points(tissue(), points);
   data_->finish_running_step();
   const std::vector<Eigen::Vector3f> places = places_of(*data_, owner, state, points);
@@ -103,6 +104,7 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
   check_takes_grips(*data_);
   check_grip(grip);
   check_holds_nothing(state, tool);
+  check_is_rigid(state, tool);
   for (const ToolId jaw : jaws) {
     if (!checked_tool(owner, jaw).has_surface()) {
       throw InvalidArgument("tool " + std::to_string(jaw.value) +

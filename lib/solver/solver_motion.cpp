@@ -22,10 +22,10 @@
 namespace pbdsurg {
 namespace {
 
-void check_size(const char* what, std::size_t size, std::size_t expected) {
+void check_size(const std::string& what, std::size_t size, std::size_t expected) {
   if (size != expected) {
-    throw InvalidArgument(std::string(what) + " has " + std::to_string(size) +
-                          " entries; it needs " + std::to_string(expected));
+    throw InvalidArgument(what + " has " + std::to_string(size) + " entries; it needs " +
+                          std::to_string(expected));
   }
 }
 
@@ -59,6 +59,34 @@ void check_roundings(const Snapshot& snapshot) {
                             std::to_string(rounding) + " m; it must be <= 2^-22 of " +
                             std::to_string(largest) + " m, the largest coordinate");
     }
+  }
+}
+
+void check_displacement(const Eigen::Vector3f& displacement) {
+  if (!displacement.allFinite()) {
+    throw InvalidArgument("a displacement of a tool in the snapshot is not finite");
+  }
+}
+
+std::vector<std::vector<float>> angles_of(std::span<const ToolState> tools) {
+  std::vector<std::vector<float>> angles(tools.size());
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    for (const JointState& joint : tools[t].joints) {
+      angles[t].push_back(joint.angle);
+    }
+  }
+  return angles;
+}
+
+void check_angles(std::span<const std::vector<float>> angles, std::span<const ToolState> tools) {
+  check_size_if_any("the snapshot's list of joints", angles.size(), tools.size());
+  for (std::size_t t = 0; t < angles.size(); ++t) {
+    if (tools[t].is_removed) {
+      continue;
+    }
+    check_size("the snapshot's joints of tool " + std::to_string(t), angles[t].size(),
+               tools[t].joints.size());
+    std::ranges::for_each(angles[t], check_angle);
   }
 }
 
@@ -169,6 +197,7 @@ Snapshot Solver::snapshot(Index copy) const {
   Snapshot snapshot{positions(copy), velocities(copy), {}, tissue().identified_version()};
   for (const ToolState& tool : state.tools) {
     snapshot.tool_poses.push_back(tool.pose);
+    snapshot.tool_displacements.push_back(tool.displacement);
   }
   for (std::size_t v = 0; v < state.carries.size(); ++v) {
     const Carry& carry = state.carries[data_->place_of_vertex[v]];
@@ -186,6 +215,7 @@ Snapshot Solver::snapshot(Index copy) const {
   snapshot.forces = forces(copy);
   snapshot.contacts = contacts_of(*data_, state);
   snapshot.body_contacts = touches_of(*data_, state);
+  snapshot.joint_angles = angles_of(state.tools);
   return snapshot;
 }
 
@@ -224,6 +254,12 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     check_pose(pose);
   }
   check_contacts(snapshot.contacts, state.tools, state.particles.size());
+  check_angles(snapshot.joint_angles, state.tools);
+  check_size_if_any("the snapshot's tool displacements", snapshot.tool_displacements.size(),
+                    state.tools.size());
+  for (const Eigen::Vector3f& displacement : snapshot.tool_displacements) {
+    check_displacement(displacement);
+  }
   check_touches(snapshot.body_contacts, state.particles.size(), tissue().bodies().size());
   for (const float share : snapshot.falling) {
     if (!(share >= 0) || !(share <= 1)) {
@@ -252,7 +288,16 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   state.past_substep = has_past ? snapshot.past_substep : 0;
   for (std::size_t t = 0; t < state.tools.size(); ++t) {
     ToolState& tool = state.tools[t];
-    tool.pose = tool.target = snapshot.tool_poses[t];
+    tool.target = snapshot.tool_poses[t];
+    for (std::size_t j = 0; j < tool.joints.size(); ++j) {
+      JointState& joint = tool.joints[j];
+      joint.target = snapshot.joint_angles.empty() ? joint.angle : snapshot.joint_angles[t][j];
+    }
+    tool.arrive();
+    tool.displacement.setZero();
+    if (tool.is_coupled() && !snapshot.tool_displacements.empty()) {
+      tool.displacement = snapshot.tool_displacements[t];
+    }
     tool.attachments.clear();
     tool.grip = {};
     data_->forget_releases(copy, static_cast<Index>(t));

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/solver/grip_checks.h"
@@ -12,13 +13,28 @@
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
+namespace {
+
+JointState& checked_joint(ToolState& tool, Index joint) {
+  if (joint < 0 || joint >= static_cast<Index>(tool.joints.size())) {
+    throw InvalidArgument("there is no joint " + std::to_string(joint) + "; the tool has " +
+                          std::to_string(tool.joints.size()));
+  }
+  return tool.joints[joint];
+}
+
+}  // namespace
 
 ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
-                        const ToolSurface& surface) {
+                        const ToolSurface& surface, std::span<const ToolJoint> joints) {
   check_capsules(capsules);
   check_pose(pose);
   check_surface(surface);
+  check_joints(joints, capsules.size());
   ToolState tool;
+  for (const ToolJoint& joint : joints) {
+    tool.joints.push_back({joint});
+  }
   tool.surface = surface;
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
@@ -54,6 +70,36 @@ ToolId Solver::add(ToolState tool) {
   return ToolId(static_cast<Index>(data_->tools.size()) - 1);
 }
 
+void Solver::remove_tool(ToolId tool) {
+  checked_tool(*data_, tool);
+  data_->finish_running_step();
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    CopyState& owner = data_->copy(copy);
+    owner.tools[tool].remove();
+    data_->forget_releases(copy, tool);
+    owner.color_attachments();
+  }
+  data_->changes.tools = true;
+  data_->rebuild_plan();
+}
+
+bool Solver::has_tool(ToolId tool) const {
+  return tool >= 0 && tool < static_cast<Index>(data_->tools.size()) &&
+         !data_->tools[tool].is_removed;
+}
+
+void Solver::couple_tool(ToolId tool, const ToolCoupling& coupling) {
+  checked_tool(*data_, tool);
+  check_coupling(coupling);
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    check_takes_coupling(*data_, data_->copy(copy).tools[tool], tool);
+  }
+  data_->finish_running_step();
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    data_->copy(copy).tools[tool].couple(coupling);
+  }
+}
+
 void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
   ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   check_pose(pose);
@@ -64,17 +110,35 @@ void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
 ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
-  return state.pose;
+  return Eigen::Translation3f(state.displacement) * state.pose;
 }
 
 ToolPose Solver::tool_target(ToolId tool, Index copy) const {
   return checked_tool(checked_copy(*data_, copy), tool).target;
 }
 
+void Solver::set_joint(ToolId tool, Index joint, float angle, Index copy) {
+  JointState& state = checked_joint(checked_tool(checked_copy(*data_, copy), tool), joint);
+  check_angle(angle);
+  data_->finish_running_step();
+  state.target = angle;
+}
+
+float Solver::joint_angle(ToolId tool, Index joint, Index copy) const {
+  const JointState& state = checked_joint(checked_tool(checked_copy(*data_, copy), tool), joint);
+  data_->finish_running_step();
+  return state.angle;
+}
+
+float Solver::joint_target(ToolId tool, Index joint, Index copy) const {
+  return checked_joint(checked_tool(checked_copy(*data_, copy), tool), joint).target;
+}
+
 void Solver::grasp(ToolId tool, std::span<const Index> vertices, float compliance, Index copy) {
   CopyState& owner = checked_copy(*data_, copy);
   ToolState& state = checked_tool(owner, tool);
   check_grasp_compliance(compliance);
+  check_is_rigid(state, tool);
   if (state.grip.is_shut()) {
     check_holds_nothing(state, tool);
   }

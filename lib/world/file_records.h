@@ -378,7 +378,8 @@ void visit_members(Record& contact, Visit& visit) {
 template <RecordOf<Snapshot> Record, class Visit>
 void visit_members(Record& snapshot, Visit& visit) {
   auto& [positions, velocities, tool_poses, tissue, falling, roundings, past_substep, ways,
-         velocities_before, forces, contacts, body_contacts] = snapshot;  // tools have `contacts`
+         velocities_before, forces, contacts, body_contacts, joint_angles, tool_displacements] =
+      snapshot;  // tools have `contacts`, `joint_angles` and `tool_displacements`
   visit(positions, velocities, tool_poses, falling, roundings, past_substep, ways);
   visit(velocities_before, forces, body_contacts);
 }
@@ -449,12 +450,28 @@ void visit_members(Record& grip, Visit& visit) {
          let_go_now] = grip;
   visit(limits, state, jaws, points, corners, normal, slide, pull, slid, torn, let_go_now);
 }
+template <RecordOf<ToolCoupling> Record, class Visit>
+void visit_members(Record& coupling, Visit& visit) {
+  auto& [stiffness] = coupling;
+  visit(stiffness);
+}
+template <RecordOf<ToolJoint> Record, class Visit>
+void visit_members(Record& joint, Visit& visit) {
+  auto& [point, axis, first_capsule, capsule_count] = joint;
+  visit(point, axis, first_capsule, capsule_count);
+}
+template <RecordOf<JointState> Record, class Visit>
+void visit_members(Record& state, Visit& visit) {
+  auto& [joint, angle, target] = state;
+  visit(joint, angle, target);
+}
 template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {
   auto& [capsules, half_spaces, pose, target, attachments, placed_before, placed, placed_capsules,
-         capsules_before, contacts, surface, surface_contacts, remembered, force, torque, grip] =
-      tool;
+         capsules_before, contacts, surface, surface_contacts, remembered, force, torque, grip,
+         joints, is_removed, coupling, displacement, shift, yield] = tool;
   visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque, grip);
+  visit(joints, is_removed, coupling, displacement);
 }
 template <RecordOf<StepReport> Record, class Visit>
 void visit_members(Record& report, Visit& visit) {

@@ -8,6 +8,9 @@ namespace pbdsurg {
 void Replica::move(ToolId tool, const ToolPose& pose) {
   solver_->move_tool(tool, pose, id_);
 }
+void Replica::set_joint(ToolId tool, Index joint, float angle) {
+  solver_->set_joint(tool, joint, angle, id_);
+}
 void Replica::grasp(ToolId tool, std::span<const Index> vertices, float compliance) {
   solver_->grasp(tool, vertices, compliance, id_);
 }

@@ -271,17 +271,37 @@ void World::clear_contact(BodyId first, BodyId second) {
 }
 
 ToolId World::add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
-                       const ToolSurface& surface) {
+                       const ToolSurface& surface, std::span<const ToolJoint> joints) {
   data_->make_solver();
-  return data_->solver->add_tool(capsules, pose, surface);
+  return data_->solver->add_tool(capsules, pose, surface, joints);
 }
 ToolId World::add_tool(std::initializer_list<Capsule> capsules, const ToolPose& pose,
-                       const ToolSurface& surface) {
-  return add_tool(std::span<const Capsule>(capsules.begin(), capsules.size()), pose, surface);
+                       const ToolSurface& surface, std::span<const ToolJoint> joints) {
+  return add_tool(std::span<const Capsule>(capsules.begin(), capsules.size()), pose, surface,
+                  joints);
+}
+
+void World::remove_tool(ToolId tool) {
+  Solver& solver = data_->solver_of(tool);
+  for (std::size_t c = 0; c < data_->burners.size(); ++c) {
+    if (data_->burners[c]->setup.tool == tool) {
+      throw InvalidArgument("tool " + std::to_string(tool.value) + " has cautery " +
+                            std::to_string(c) + ", so it cannot be removed");
+    }
+  }
+  solver.remove_tool(tool);
+}
+
+void World::couple(ToolId tool, const ToolCoupling& coupling) {
+  data_->solver_of(tool).couple_tool(tool, coupling);
 }
 
 void World::move(ToolId tool, const ToolPose& pose) {
   data_->solver_of(tool).move_tool(tool, pose);
+}
+
+void World::set_joint(ToolId tool, Index joint, float angle) {
+  data_->solver_of(tool).set_joint(tool, joint, angle);
 }
 
 void World::grasp(ToolId tool, std::span<const Index> vertices, float compliance) {
@@ -331,6 +351,10 @@ void World::release(ToolId tool) {
 
 ToolPose World::pose(ToolId tool) const {
   return data_->solver_of(tool).tool_target(tool);
+}
+
+float World::joint_angle(ToolId tool, Index joint) const {
+  return data_->solver_of(tool).joint_target(tool, joint);
 }
 
 Eigen::Vector3f World::force(ToolId tool) const {

@@ -108,7 +108,7 @@ SceneRecord record_of(const Scene& scene) {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'B', 'D', 'W', 'O', 'R', 'L', 'D'};
-constexpr std::uint32_t kFormatVersion = 6;
+constexpr std::uint32_t kFormatVersion = 7;
 constexpr std::size_t kSizeOffset = kMagic.size() + sizeof(kFormatVersion);
 constexpr std::size_t kHeadBytes = kSizeOffset + sizeof(std::uint64_t);
 constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
@@ -262,6 +262,10 @@ World WorldFile::make(RecordReader& reader, const Executor& executor) {
     }
     before = edits_before;
     check_id("tool", burner.setup.tool, motion.copies.front().tools.size());
+    if (motion.copies.front().tools[burner.setup.tool].is_removed) {
+      throw InvalidArgument("a cautery is at tool " + std::to_string(burner.setup.tool.value) +
+                            ", which was removed");
+    }
     const Electrode& electrode = burner.setup.electrode;
     if (!electrode.tip.allFinite() || !electrode.heel.allFinite()) {
       throw InvalidArgument("the electrode's ends must be finite");

@@ -129,6 +129,42 @@ TEST_CASE("cuda surfaces: a hook that presses, drags and lifts has the serial bi
   CHECK(most > 5);
 }
 
+// Would catch a device that places capsules where no joint takes them, or keeps what a tool had
+// that was removed: other tools go on.
+TEST_CASE("cuda surfaces: joints turn and tools go with the serial bits", "[device]") {
+  const SolverOptions options = any_options();
+  const ToolSurface surface = GENERATE(ToolSurface{}, ToolSurface{ContactFeatures::all, 0.3F});
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(surface.features));
+  StrictPair pair(make_block(options), options, DeviceStrategy::automatic);
+  ToolId hook{}, ball{};
+  pair.both([&](Solver& solver) {
+    hook = solver.add_tool(kHook, hook_at(0), surface,
+                           std::array{ToolJoint{{0, 0, 0}, {0, 0, 1}, 1, 1}});
+    ball = solver.add_tool(std::array{Capsule{{0, 0, 0}, {0, 0, 0}, 2e-3F}},
+                           at({4e-3F, 12e-3F, 10.5e-3F}), surface);
+  });
+  std::size_t touched = 0;
+  for (int i = 1; i <= 30; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) {
+      if (i == 20) {
+        solver.remove_tool(hook);
+      }
+      if (i < 20) {
+        solver.move_tool(hook, hook_at(i));
+        solver.set_joint(hook, 0, 0.05F * static_cast<float>(i));
+      }
+    });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, ball);
+    if (i < 20) {
+      check_same_contacts(pair, hook);
+      touched += pair.serial.tool_force(hook).norm() > 0 ? 1 : 0;
+    }
+  }
+  CHECK(touched > 5);
+}
+
 // Would catch a rigid move of a piece, or what BDF2 takes back of a push, that is summed in another
 // order, and friction with a half space.
 TEST_CASE("cuda surfaces: a block that falls on a slope and slides has the serial bits",

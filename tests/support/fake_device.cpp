@@ -133,6 +133,7 @@ void FakeDevice::start_step(SolverData& data) {
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
+      own_.copy(i).tools[t].joints = data.copy(i).tools[t].joints;
       own_.copy(i).tools[t].remembered = data.copy(i).tools[t].remembered;
     }
   }
@@ -163,6 +164,7 @@ StepReport FakeDevice::finish_step(SolverState& data) {
       ToolState& tool = copy.tools[t];
       const ToolState& own = own_.copy(i).tools[t];
       tool.pose = own.pose;
+      tool.joints = own.joints;
       tool.force = own.force;
       tool.torque = own.torque;
       tool.surface_contacts = own.surface_contacts;

@@ -56,7 +56,7 @@ struct SnapshotBodyContact {
 struct Snapshot {
   std::vector<Eigen::Vector3f> positions;   ///< [vertex_count] m
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
-  std::vector<ToolPose> tool_poses;         ///< [tool_count]
+  std::vector<ToolPose> tool_poses;         ///< [tool_count] where they are to be
   TissueVersion tissue;                     ///< of the topology
   /// [vertex_count] in compliance mode, else empty: in [0, 1], the share of gravity with which
   /// vertices last sped up, which tells where the next sweeps of the vertex-block method start. A
@@ -76,6 +76,12 @@ struct Snapshot {
   std::vector<SnapshotContact> contacts{};
   /// [n] Left out, bodies meet each other anew.
   std::vector<SnapshotBodyContact> body_contacts{};
+  /// [tool_count][joint_count of each] rad. Left out, joints stay where they are. What is of a tool
+  /// that was removed since has no effect.
+  std::vector<std::vector<float>> joint_angles{};
+  /// [tool_count] m, from where coupled tools are to be to where they are. Left out, they are
+  /// there.
+  std::vector<Eigen::Vector3f> tool_displacements{};
 };
 
 class SolverData;
@@ -324,12 +330,15 @@ class PBDSURG_API Solver {
   /// through a face. The first tool that meets edges and triangles has the surfaces of all bodies
   /// found, in O(T log T) of their tetrahedra.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
+  /// @param joints    [m] from the shaft outwards, all at an angle of 0: a joint that turns some of
+  ///                  the capsules of one before it turns no others, and is carried along by that
   /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
   /// positive,
   ///                          or a pose that is not a rotation and a translation, or friction out
-  ///                          of range
+  ///                          of range, or the joint whose axis is no unit or whose capsules there
+  ///                          are not, or are in part those of another
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose,
-                  const ToolSurface& surface = {});
+                  const ToolSurface& surface = {}, std::span<const ToolJoint> joints = {});
 
   /// Adds what no vertex goes below: a tool in all else.
   /// @param half_space  in the tool's frame
@@ -338,14 +347,47 @@ class PBDSURG_API Solver {
   ToolId add_half_space(const HalfSpace& half_space, float friction = 0,
                         const ToolPose& pose = ToolPose::Identity());
 
+  /// Takes a tool out of all copies: it lets go of what it holds, and meets tissue no more. Its id
+  /// stays its own: calls with it throw InvalidArgument, and snapshots have a pose for it, as
+  /// before. A grip that close_jaws() made of its contacts stays with the tool that holds.
+  /// @throws InvalidArgument  naming the tool that there is not, or that was removed
+  void remove_tool(ToolId tool);
+
+  /// Whether a tool was added and not removed.
+  [[nodiscard]] bool has_tool(ToolId tool) const;
+
+  /// Ties a tool in all copies to where it is to be by a spring, from the next step on, or ties it
+  /// no more. Where nothing pushes it, it is where it is to be. Where tissue does, the spring bears
+  /// that: both are solved for together, however stiff the tissue is. A tool that tissue lets go of
+  /// comes back by half its least radius a substep at most, so that it meets what is in its way.
+  /// @throws InvalidArgument     naming the stiffness that is not positive, the tool that there is
+  ///                             not, that meets no surfaces (see ToolSurface) or holds something;
+  ///                             in explicit steps
+  /// @throws BackendUnavailable  on a device
+  void couple_tool(ToolId tool, const ToolCoupling& coupling);
+
   /// Moves a tool: it travels there evenly over the next step.
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool
   void move_tool(ToolId tool, const ToolPose& pose, Index copy = 0);
 
-  /// Where a tool is.
+  /// Where a tool is; if it is coupled, where tissue lets it be.
   [[nodiscard]] ToolPose tool_pose(ToolId tool, Index copy = 0) const;
-  /// Where it is to be at the end of the next step.
+  /// Where it is to be at the end of the next step: as move_tool() said.
   [[nodiscard]] ToolPose tool_target(ToolId tool, Index copy = 0) const;
+
+  /// Turns a joint: it goes there evenly over the next step, whatever the pose does meanwhile, and
+  /// the tissue that its capsules touch goes along or slips. What the tool holds does not turn.
+  /// @param joint  of those of add_tool(), in their order
+  /// @param angle  rad, finite
+  /// @throws InvalidArgument  naming the tool or joint that there is not, or the angle
+  void set_joint(ToolId tool, Index joint, float angle, Index copy = 0);
+
+  /// rad, where a joint is.
+  /// @throws InvalidArgument  naming the tool or joint that there is not
+  [[nodiscard]] float joint_angle(ToolId tool, Index joint, Index copy = 0) const;
+  /// rad, where it is to be at the end of the next step.
+  /// @throws InvalidArgument  likewise
+  [[nodiscard]] float joint_target(ToolId tool, Index joint, Index copy = 0) const;
 
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
   /// tool holds vertices it does not push any: its jaws are closed around them.
@@ -354,7 +396,8 @@ class PBDSURG_API Solver {
   /// @param compliance  m/N, in [0, kLargestCompliance], in either projection mode; 0 holds
   ///                    rigidly
   /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without
-  ///                          tissue, or that this tool holds already; then nothing is grasped
+  ///                          tissue, or that this tool holds already, or the tool that is
+  ///                          coupled by a spring; then nothing is grasped
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0, Index copy = 0);
 
   /// Holds points of tissue by jaws that press with a force, no harder than their friction bears:
@@ -364,7 +407,8 @@ class PBDSURG_API Solver {
   ///                frame are on the pad, and three of them not on a line. One on tissue that is
   ///                fixed pulls back, too.
   /// @throws InvalidArgument     naming the tool, point or value out of range, or if the tool holds
-  ///                             something, or in explicit steps; then nothing is grasped
+  ///                             something or is coupled by a spring, or in explicit steps; then
+  ///                             nothing is grasped
   /// @throws BackendUnavailable  on a device
   void grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip, Index copy = 0);
 

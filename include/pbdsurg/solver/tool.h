@@ -2,12 +2,14 @@
 #pragma once
 
 /// @file
-/// Instruments as the solver sees them: rigid sets of capsules that push tissue away.
+/// Instruments as the solver sees them: sets of capsules that push tissue away, rigid but for
+/// joints.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -28,6 +30,14 @@ struct HalfSpace {
   Eigen::Vector3f normal{0, 0, 1};  ///< unit, out of it
 };
 
+/// An axis in a tool around which some of its capsules turn: a jaw, a blade, or a wrist with both.
+struct ToolJoint {
+  Eigen::Vector3f point{0, 0, 0};  ///< m, of the axis, in the tool's frame
+  Eigen::Vector3f axis{0, 0, 1};   ///< unit, likewise; positive angles are counter-clockwise
+  Index first_capsule = 0;         ///< the first that it turns
+  Index capsule_count = 0;         ///< how many it turns, positive
+};
+
 /// What of tissue meets a tool.
 enum class ContactFeatures : std::uint8_t {
   vertices,  ///< alone: a capsule thinner than an edge can pass through a face
@@ -38,6 +48,16 @@ enum class ContactFeatures : std::uint8_t {
 struct ToolSurface {
   ContactFeatures features = ContactFeatures::vertices;  ///< what it pushes
   float friction = 0;  ///< Coulomb's coefficient, >= 0, at rest and sliding
+};
+
+/// A spring between a tool and where it is to be, as between an instrument and a hand: tissue
+/// pushes the tool away by its force over the stiffness, in any direction, and does not turn it. So
+/// a hand pushes no harder than stiffness times the way between the two. (The "virtual coupling" of
+/// Colgate, Stanley, Brown 1995, without mass.)
+struct ToolCoupling {
+  /// N/m, positive; a hand on a haptic device bears 300 to 1000. Infinite: no spring, a tool is
+  /// where it is to be.
+  float stiffness = std::numeric_limits<float>::infinity();
 };
 
 /// Tissue that pushes a tool, at one point.

@@ -84,6 +84,8 @@ class PBDSURG_API Replica {
 
   /// As Solver::move_tool().
   void move(ToolId tool, const ToolPose& pose);
+  /// As Solver::set_joint().
+  void set_joint(ToolId tool, Index joint, float angle);
   /// As Solver::grasp().
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
   /// As Solver::grasp() by jaws that press with a force.
@@ -306,13 +308,24 @@ class PBDSURG_API World {
 
   /// Of the solver's add_tool().
   /// @param capsules  [n] in the tool's frame, whose origin is its tip
+  /// @param joints    [m] around which capsules turn: jaws, blades
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose = ToolPose::Identity(),
-                  const ToolSurface& surface = {});
+                  const ToolSurface& surface = {}, std::span<const ToolJoint> joints = {});
   /// Likewise.
   ToolId add_tool(std::initializer_list<Capsule> capsules,
-                  const ToolPose& pose = ToolPose::Identity(), const ToolSurface& surface = {});
+                  const ToolPose& pose = ToolPose::Identity(), const ToolSurface& surface = {},
+                  std::span<const ToolJoint> joints = {});
+  /// As Solver::remove_tool(): what it holds is let go, and its id is not used again.
+  /// @throws InvalidArgument  also if a cautery is at the tool: that is for as long as the world is
+  void remove_tool(ToolId tool);
+  /// As Solver::couple_tool(): from the next step on a spring holds it, in all replicas. pose() is
+  /// where it is to be, Solver::tool_pose() where it is.
+  void couple(ToolId tool, const ToolCoupling& coupling);
   /// As Solver::move_tool(): it travels there in the next step.
   void move(ToolId tool, const ToolPose& pose);
+  /// As Solver::set_joint(): it turns there in the next step.
+  /// @param angle  rad
+  void set_joint(ToolId tool, Index joint, float angle);
   /// As Solver::grasp().
   /// @param vertices    [n] ids in the tissue
   /// @param compliance  m/N, 0 holds rigidly
@@ -338,6 +351,8 @@ class PBDSURG_API World {
   void release(ToolId tool);
   /// Where it is to be at the end of the next step, and is after it.
   [[nodiscard]] ToolPose pose(ToolId tool) const;
+  /// rad, likewise of a joint.
+  [[nodiscard]] float joint_angle(ToolId tool, Index joint) const;
   /// N, of the tissue on the tool, in the last step.
   [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
 

@@ -2,6 +2,7 @@
 #include "lib/solver/methods/contact_stage.h"
 
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/coupled_tool.h"
 #include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/near_search.h"
@@ -27,11 +28,40 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   return pose;
 }
 
-void place_capsules(const std::vector<Capsule>& capsules, const ToolPose& pose,
+// At a fraction of the step, as far as it is known before contacts are met.
+ToolPose pose_at(const ToolState& tool, float fraction) {
+  ToolPose pose = interpolate(tool.pose, tool.target, fraction);
+  if (tool.is_coupled()) {
+    pose.pretranslate(tool.displacement);
+  }
+  return pose;
+}
+
+// In the tool's frame, at a fraction of the step.
+Eigen::Isometry3f turn_of(const JointState& state, float fraction) {
+  const auto& [joint, from, to] = state;
+  const float angle = fraction < 1 ? from + fraction * (to - from) : to;
+  return Eigen::Translation3f(joint.point) * Eigen::AngleAxisf(angle, joint.axis) *
+         Eigen::Translation3f(-joint.point);
+}
+
+void move(Capsule& capsule, const Eigen::Isometry3f& way) {
+  capsule.start = way * capsule.start;
+  capsule.end = way * capsule.end;
+}
+
+// Where capsules are at a fraction of the step: what a joint carries turns before it.
+void place_capsules(const ToolState& tool, const ToolPose& pose, float fraction,
                     std::vector<Capsule>& placed) {
-  placed.clear();
-  for (const Capsule& capsule : capsules) {
-    placed.push_back({pose * capsule.start, pose * capsule.end, capsule.radius});
+  placed.assign(tool.capsules.begin(), tool.capsules.end());
+  for (auto state = tool.joints.rbegin(); state != tool.joints.rend(); ++state) {
+    const Eigen::Isometry3f turn = turn_of(*state, fraction);
+    for (Index c = 0; c < state->joint.capsule_count; ++c) {
+      move(placed[state->joint.first_capsule + c], turn);
+    }
+  }
+  for (Capsule& capsule : placed) {
+    move(capsule, pose);
   }
 }
 
@@ -82,17 +112,17 @@ void begin_tools(CopyState& copy) {
 void place_tools(CopyState& copy, float fraction, float before) {
   for (ToolState& tool : copy.tools) {
     if (tool.has_surface()) {
-      tool.placed_before = interpolate(tool.pose, tool.target, before);
-      place_capsules(tool.capsules, tool.placed_before, tool.capsules_before);
+      tool.placed_before = pose_at(tool, before);
+      place_capsules(tool, tool.placed_before, before, tool.capsules_before);
     }
-    const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
+    const ToolPose pose = pose_at(tool, fraction);
     for (Attachment& attachment : tool.attachments) {
       attachment.target = pose * attachment.anchor;
       attachment.multiplier.setZero();
     }
     place_grip(tool.grip, pose);
     tool.placed = pose;
-    place_capsules(tool.capsules, pose, tool.placed_capsules);
+    place_capsules(tool, pose, fraction, tool.placed_capsules);
   }
 }
 
@@ -104,6 +134,7 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
     ToolState& tool = step.copy.tools[t];
     tool.contacts.clear();
     tool.surface_contacts.clear();
+    begin_coupling(step, lengths, tool);
     if (!step.copy.pushes(t)) {
       continue;
     }
@@ -153,13 +184,14 @@ void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float 
 void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
   for (ToolState& tool : step.copy.tools) {
     remember_contacts(tool, lengths.inverse_dt_squared);
+    end_coupling(tool);
   }
   remember_touches(step, lengths);
 }
 
 void end_tools(CopyState& copy) {
   for (ToolState& tool : copy.tools) {
-    tool.pose = tool.target;
+    tool.arrive();
   }
 }
 

@@ -17,8 +17,8 @@ namespace pbdsurg {
 /// Clears the forces of the last step.
 void begin_tools(CopyState& copy);
 
-/// Puts capsules and the targets of grasped vertices where the tools are at a fraction (0, 1] of
-/// the step, and clears multipliers.
+/// Puts capsules and the targets of grasped vertices where the tools and their joints are at a
+/// fraction (0, 1] of the step, and clears multipliers. All else knows placed capsules alone.
 /// @param before  where they were at the substep's start, which those that meet surfaces want
 PBDSURG_API void place_tools(CopyState& copy, float fraction, float before = 0);
 
@@ -49,7 +49,7 @@ void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float 
 /// @param lengths  of this substep
 void remember_contacts(const StepContext& step, const Substep<float>& lengths);
 
-/// Makes the targets of this step the poses of the next.
+/// Makes the targets of this step the poses and joints of the next.
 PBDSURG_API void end_tools(CopyState& copy);
 
 }  // namespace pbdsurg

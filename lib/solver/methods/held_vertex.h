@@ -55,8 +55,8 @@ class HeldVertex {
                   energy);
       } else if (hold.kind == HoldKind::surface_contact) {
         const ToolState& tool = step_.copy.tools[hold.tool];
-        add_surface_contact(step_, tool.surface_contacts[hold.entry], hold.corner,
-                            tool.surface.friction, inverse_dt_squared, energy);
+        add_surface_contact(step_, tool.surface_contacts[hold.entry], hold.corner, tool,
+                            inverse_dt_squared, energy);
       }
     });
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "lib/solver/methods/contact_multipliers.h"
+#include "lib/solver/methods/coupled_tool.h"
 #include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_yield.h"
@@ -16,16 +17,17 @@ namespace {
 
 using Vector = Vec3<float>;
 
-// Moves corners by their masses.
-void project(const StepContext& step, SurfaceContact& contact, float friction) {
+// Moves corners by their masses, and the tool by what its spring lets it.
+void project(const StepContext& step, ToolState& tool, SurfaceContact& contact, float friction) {
   const MovingVertices vertices = moving_vertices(step);
-  float yield = 0;
+  float yield = tool.yield;
   for (int k = 0; k < contact.feature.count(); ++k) {
     yield += contact.weights[k] * contact.weights[k] * vertices.moving[contact.feature.places[k]].w;
   }
   project_contact(
-      contact, friction, yield, [&] { return read_contact(vertices, contact); },
+      contact, friction, yield, [&] { return read_contact(vertices, contact, tool); },
       [&](const Vector& push) {
+        tool.shift = tool.shift - tool.yield * push;
         for (int k = 0; k < contact.feature.count(); ++k) {
           const Index place = contact.feature.places[k];
           go_on(step, vertices, place, (contact.weights[k] * vertices.moving[place].w) * push);
@@ -35,12 +37,13 @@ void project(const StepContext& step, SurfaceContact& contact, float friction) {
 
 }  // namespace
 
-ContactReading<float> read_contact(const MovingVertices& vertices, const SurfaceContact& contact) {
+ContactReading<float> read_contact(const MovingVertices& vertices, const SurfaceContact& contact,
+                                   const ToolState& tool) {
   Vector sum;
   for (int k = 0; k < contact.feature.count(); ++k) {
     sum = sum + contact.weights[k] * load(vertices.moving[contact.feature.places[k]]);
   }
-  return read_plane(contact, sum);
+  return read_plane(contact, sum - tool.shift);
 }
 
 bool meets_surfaces(const StepContext& step) noexcept {
@@ -49,18 +52,20 @@ bool meets_surfaces(const StepContext& step) noexcept {
 
 void begin_surface_contacts(const StepContext& step, const VertexState& state) {
   const MovingVertices vertices = moving_vertices(step);
-  const auto is_likely = [&](const SurfaceContact& contact) {
-    return contact.multiplier > 0 || read_contact(vertices, contact).gap < 0;
+  const auto is_likely = [&](const SurfaceContact& contact, const ToolState& tool) {
+    return contact.multiplier > 0 || read_contact(vertices, contact, tool).gap < 0;
   };
   // What others do at a corner: how often it is pushed, in all.
-  const auto pushes_at = [&](Index place, const SurfaceContact& own, float weight) {
-    float sum = is_likely(own) ? 0 : weight;
+  const auto pushes_at = [&](Index place, const SurfaceContact& own, const ToolState& tool,
+                             float weight) {
+    float sum = is_likely(own, tool) ? 0 : weight;
     for (Index h = step.scratch.first_holds[place]; h != kInvalidIndex;
          h = step.scratch.holds[h].next) {
       const VertexHold& hold = step.scratch.holds[h];
       if (hold.kind == HoldKind::surface_contact) {
-        const SurfaceContact& other = step.copy.tools[hold.tool].surface_contacts[hold.entry];
-        sum += is_likely(other) ? other.weights[hold.corner] : 0;
+        const ToolState& its_tool = step.copy.tools[hold.tool];
+        const SurfaceContact& other = its_tool.surface_contacts[hold.entry];
+        sum += is_likely(other, its_tool) ? other.weights[hold.corner] : 0;
       }
     }
     return sum;
@@ -71,7 +76,7 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
       for (int k = 0; k < contact.feature.count(); ++k) {
         const Index place = contact.feature.places[k];
         const float weight = contact.weights[k];
-        yield += weight * pushes_at(place, contact, weight) *
+        yield += weight * pushes_at(place, contact, tool, weight) *
                  yield_of(step, state, place, contact.normal);
       }
       contact.stiffness = yield > 0 ? kContactFirmness / yield : 0.0F;
@@ -80,17 +85,19 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
 }
 
 void add_surface_contact(const StepContext& step, const SurfaceContact& contact, int corner,
-                         float friction, float inverse_dt_squared, VertexEnergy<float>& energy) {
-  add_answer(contact,
-             answer(contact, friction, read_contact(moving_vertices(step), contact),
-                    inverse_dt_squared, contact.stiffness),
-             contact.weights[corner], energy);
+                         const ToolState& tool, float inverse_dt_squared,
+                         VertexEnergy<float>& energy) {
+  add_answer(
+      contact,
+      answer(contact, tool.surface.friction, read_contact(moving_vertices(step), contact, tool),
+             inverse_dt_squared, contact.stiffness),
+      contact.weights[corner], energy);
 }
 
 void project_surface_contacts(const StepContext& step, Index tool_index) {
   ToolState& tool = step.copy.tools[tool_index];
   for (SurfaceContact& contact : tool.surface_contacts) {
-    project(step, contact, tool.surface.friction);
+    project(step, tool, contact, tool.surface.friction);
   }
 }
 
@@ -99,9 +106,10 @@ void answer_surface_contacts(const StepContext& step, const Substep<float>& leng
   const MovingVertices vertices = moving_vertices(step);
   const float square = 1 / lengths.inverse_dt_squared;
   for (ToolState& tool : step.copy.tools) {
+    balance_coupling(step, lengths, tool);
     for (SurfaceContact& contact : tool.surface_contacts) {
       take_over(contact,
-                answer(contact, tool.surface.friction, read_contact(vertices, contact),
+                answer(contact, tool.surface.friction, read_contact(vertices, contact, tool),
                        lengths.inverse_dt_squared, contact.stiffness)
                     .force,
                 square);
@@ -123,8 +131,8 @@ void settle_surface_contacts(const StepContext& step) {
     is_any_inside = false;
     for (ToolState& tool : step.copy.tools) {
       for (SurfaceContact& contact : tool.surface_contacts) {
-        if (read_contact(moving_vertices(step), contact).gap < 0) {
-          project(step, contact, 0);
+        if (read_contact(moving_vertices(step), contact, tool).gap < 0) {
+          project(step, tool, contact, 0);
           is_any_inside = true;
         }
       }

@@ -25,8 +25,10 @@
 namespace pbdsurg {
 
 /// Where a contact is now.
+/// @param tool  that it is of, which a spring may have let give way
 [[nodiscard]] ContactReading<float> read_contact(const MovingVertices& vertices,
-                                                 const SurfaceContact& contact);
+                                                 const SurfaceContact& contact,
+                                                 const ToolState& tool);
 
 /// Whether a tool meets surfaces: see ToolState::has_surface().
 [[nodiscard]] bool meets_surfaces(const StepContext& step) noexcept;
@@ -37,13 +39,14 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state);
 /// What a contact does at a corner that moves, of vertex blocks.
 /// @param corner  of the contact
 void add_surface_contact(const StepContext& step, const SurfaceContact& contact, int corner,
-                         float friction, float inverse_dt_squared, VertexEnergy<float>& energy);
+                         const ToolState& tool, float inverse_dt_squared,
+                         VertexEnergy<float>& energy);
 
 /// The phase of a tool's contacts, at the end of a sweep of projections.
 void project_surface_contacts(const StepContext& step, Index tool);
 
 /// That of all contacts, at the end of a sweep of vertex blocks: balances what they touch, see
-/// touched_pieces.h, and takes over their forces.
+/// touched_pieces.h, and tools that springs hold, see coupled_tool.h, and takes over their forces.
 void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths);
 
 /// Of explicit steps, how often contacts are gone through after vertices have been pushed.

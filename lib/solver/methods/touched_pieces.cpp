@@ -74,7 +74,7 @@ void find_rigid_contacts(const StepContext& step, const MovingPiece& piece,
   contacts.clear();
   const MovingVertices vertices = moving_vertices(step);
   for_each_contact(step, piece, [&](const SurfaceContact& contact, const ToolState& tool) {
-    const ContactReading<float> now = read_contact(vertices, contact);
+    const ContactReading<float> now = read_contact(vertices, contact, tool);
     if (!std::isfinite(now.gap) || !is_finite_way(now.slip)) {
       return;
     }

@@ -69,6 +69,9 @@ void check_contacts(std::span<const SnapshotContact> contacts, std::span<const T
 void set_contacts(std::span<const SnapshotContact> contacts, const SolverState& state,
                   CopyState& copy) {
   for (const SnapshotContact& contact : contacts) {
+    if (copy.tools[contact.tool].is_removed) {
+      continue;
+    }
     RememberedContact known{{}, load(contact.normal), contact.force, load(contact.friction)};
     std::ranges::transform(contact.vertices, known.feature.places, [&](Index v) {
       return v == kInvalidIndex ? v : state.place_of_vertex[v];

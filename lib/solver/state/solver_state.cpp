@@ -269,7 +269,7 @@ std::size_t CopyState::memory_bytes() const noexcept {
       bytes_of(particles, velocities, carries, ways, velocities_before, forces, watched_positions);
   for (const ToolState& tool : tools) {
     bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
-                      tool.contacts, tool.surface_contacts, tool.remembered);
+                      tool.contacts, tool.surface_contacts, tool.remembered, tool.joints);
     bytes += tool.grip.memory_bytes();
   }
   bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.search.seen,

@@ -5,9 +5,12 @@
 /// What the solver knows of a tool.
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/tool.h"
 
 #include "lib/solver/state/grip_state.h"
@@ -34,23 +37,70 @@ struct Contact {
   Eigen::Vector3f point;   ///< m, in the scene, of the tool's surface
 };
 
+/// A joint, and where it is.
+struct JointState {
+  ToolJoint joint;
+  float angle = 0;   ///< rad, at the end of the last step
+  float target = 0;  ///< rad, at the end of the next step
+};
+
 struct ToolState {
-  std::vector<Capsule> capsules;
+  std::vector<Capsule> capsules{};
   std::vector<HalfSpace> half_spaces{};
   ToolPose pose;    ///< at the end of the last step
   ToolPose target;  ///< at the end of the next step
-  std::vector<Attachment> attachments;
+  std::vector<Attachment> attachments{};
   ToolPose placed_before = ToolPose::Identity();  ///< at the start of the current substep
   ToolPose placed = ToolPose::Identity();         ///< at its end
-  std::vector<Capsule> placed_capsules;           ///< in the world, likewise
-  std::vector<Capsule> capsules_before;           ///< at its start, of tools that meet surfaces
-  std::vector<Contact> contacts;                  ///< of the current substep, ascending by place
+  std::vector<Capsule> placed_capsules{};         ///< in the world, likewise
+  std::vector<Capsule> capsules_before{};         ///< at its start, of tools that meet surfaces
+  std::vector<Contact> contacts{};                ///< of the current substep, ascending by place
   ToolSurface surface{};
-  std::vector<SurfaceContact> surface_contacts;  ///< likewise, in the order of features
-  std::vector<RememberedContact> remembered;     ///< in the order of features
-  Eigen::Vector3f force{0, 0, 0};                ///< N, on the tool
-  Eigen::Vector3f torque{0, 0, 0};               ///< N m, around its origin
-  ToolGrip grip{};                               ///< what its jaws hold with a limit
+  std::vector<SurfaceContact> surface_contacts{};  ///< likewise, in the order of features
+  std::vector<RememberedContact> remembered{};     ///< in the order of features
+  Eigen::Vector3f force{0, 0, 0};                  ///< N, on the tool
+  Eigen::Vector3f torque{0, 0, 0};                 ///< N m, around its origin
+  ToolGrip grip{};                                 ///< what its jaws hold with a limit
+  std::vector<JointState> joints{};                ///< from the shaft outwards
+  bool is_removed = false;                         ///< then it has nothing of these, but its pose
+  ToolCoupling coupling{};
+  Eigen::Vector3f displacement{0, 0,
+                               0};  ///< m, of a coupled tool, from its pose: see coupled_tool.h
+  Vec3<float> shift{};              ///< m, that the current substep adds to it
+  float yield = 0;                  ///< 1/kg, in the current substep, of its spring
+
+  /// A spring holds it from here on, or none does.
+  void couple(const ToolCoupling& by) noexcept {
+    coupling = by;
+    if (!is_coupled()) {
+      displacement.setZero();
+      shift = {};
+      yield = 0;
+    }
+  }
+  [[nodiscard]] bool is_coupled() const noexcept { return coupling.stiffness < kInfinity; }
+
+  /// Makes the end of this step the start of the next.
+  void arrive() noexcept {
+    pose = target;
+    for (JointState& joint : joints) {
+      joint.angle = joint.target;
+    }
+  }
+  /// Stays where it is.
+  void stay() noexcept {
+    target = pose;
+    for (JointState& joint : joints) {
+      joint.target = joint.angle;
+    }
+  }
+
+  /// Nothing is left of it but its place among the others.
+  void remove() {
+    ToolState gone{.pose = pose, .target = pose};
+    gone.is_removed = true;
+    *this = std::move(gone);
+  }
 
   /// Whether it holds anything.
   [[nodiscard]] bool holds() const noexcept { return !attachments.empty() || grip.is_shut(); }
