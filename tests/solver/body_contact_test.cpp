@@ -177,12 +177,13 @@ TEST_CASE("body contact: two blocks that collide keep their momentum", "[validat
 
   const Momentum after = momentum_of(solver);
   const double size = before.linear.norm(), moment = 15e-3 * size;
-  const bool is_exact = method == SolverMethod::projection;
+  // by BDF2, projections swing for longer, and round
+  const bool swings = method == SolverMethod::projection && integration == TimeIntegration::bdf2;
   REQUIRE(has_met);
   CAPTURE((after.linear - before.linear).norm() / size,
           (after.angular - before.angular).norm() / moment);
-  CHECK((after.linear - before.linear).norm() < (is_exact ? 1e-5 : 1e-2) * size);
-  CHECK((after.angular - before.angular).norm() < (is_exact ? 1e-4 : 1e-2) * moment);
+  CHECK((after.linear - before.linear).norm() < (swings ? 1e-4 : 1e-5) * size);
+  CHECK((after.angular - before.angular).norm() < 1e-4 * moment);
   CHECK(mean(solver, 1).x() > 22e-3F + 5e-3F);  // it was pushed
   CHECK(sum_of(solver).pushing == 0);           // and they have parted
 }
@@ -191,10 +192,15 @@ TEST_CASE("body contact: two blocks that collide keep their momentum", "[validat
 TEST_CASE("body contact: a block that falls on another gains no energy", "[validation]") {
   const SolverMethod method = any_method();
   const TimeIntegration integration = any_integration();
-  const float step = GENERATE(5e-3F, 16e-3F);
-  CAPTURE(static_cast<int>(method), static_cast<int>(integration), step);
+  const bool stands_fast = GENERATE(true, false);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration), stands_fast);
   constexpr float kFall = 5e-3F;  // beyond the thickness
-  const Scene scene = make_stack(kFall + kContact.thickness);
+  Scene scene = make_stack(kFall + kContact.thickness);
+  if (stands_fast) {
+    scene.fix_where(0, [](const Eigen::Vector3d& /*x*/) { return true; });
+  }
+  // few sweeps follow the impact on soft tissue that is held in short steps alone
+  const float step = stands_fast ? kStep : 1e-3F;
   Solver solver(scene, {.method = method, .integration = integration});
   solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
   const bench::StaticEnergy potential(scene);
@@ -212,12 +218,12 @@ TEST_CASE("body contact: a block that falls on another gains no energy", "[valid
   };
   const double released = 1000 * 20e-3 * 20e-3 * 8e-3 * 9.81 * kFall;
   const double start = energy();
+  const float fallen = mean(solver, 1).z() - kFall;
   double most = start;
-  float highest = -1;  // of the block, once it has met the other
+  float highest = 0;  // of the block, once it has met the other
   bool has_met = false;
-  const float down = mean(solver, 1).z() - kFall;
 
-  for (int i = 0; i < std::lround(1 / step); ++i) {
+  for (int i = 0; i < std::lround(0.15F / step); ++i) {
     solver.step(step);
     most = std::max(most, energy());
     has_met = has_met || sum_of(solver).pushing > 0;
@@ -226,7 +232,7 @@ TEST_CASE("body contact: a block that falls on another gains no energy", "[valid
 
   REQUIRE(has_met);
   CHECK(most - start < 1e-2 * released);
-  CHECK(highest - down < 0.1F * kFall);
+  CHECK(highest - fallen < 0.1F * kFall);
 }
 
 // Would catch contacts whose order, or whose partners, hang on who works.
