@@ -48,9 +48,10 @@ class EasedPiece {
     pushes_.add(contact.multiplier, contact.normal,
                 arm_at(contact, [&](Index place) { return position(place); }));
   }
+  // At one point for both sides, so that together they get no spin.
   void add(const TissueTouch& touch, int side) {
     pushes_.add(touch.multiplier, side == 0 ? touch.normal : -1.0F * touch.normal,
-                arm_at(touch, side, [&](Index place) { return position(place); }));
+                arm_at(touch, 1, [&](Index place) { return position(place); }));
   }
 
   // Once all pushes are added.
