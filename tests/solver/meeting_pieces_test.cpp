@@ -93,8 +93,8 @@ Scene make_block_on_body(double length) {
 
 }  // namespace
 
-// Would catch sweeps that end early and hold to a body what should slide on it, and friction that
-// does not slide or slides freely.
+// Would catch sweeps that end early and hold to a body what should slide on it, edges of a mesh
+// that stop what slides over them, and friction that does not slide or slides freely.
 TEST_CASE("meeting pieces: a block slides down a tilted body as it must", "[validation]") {
   const TimeIntegration integration = any_integration();
   const float friction = GENERATE(0.1F, 0.3F, 0.6F);
