@@ -11,8 +11,6 @@
 
 #include "lib/base/check.h"
 #include "lib/base/describe.h"
-#include "lib/solver/methods/vertex_motion.h"
-#include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
 
@@ -156,13 +154,6 @@ void check_contact_pair(const ContactPair& pair, const SolverData& data) {
   check_surface({ContactFeatures::all, friction});
   if (data.backend->keeps_state()) {
     throw BackendUnavailable("on a device bodies do not meet each other");
-  }
-  if (is_explicit(data.options)) {
-    throw InvalidArgument("in explicit steps bodies do not meet each other");
-  }
-  if (has_past(data.options)) {
-    throw InvalidArgument(
-        "with BDF2 bodies do not meet each other: it remembers how they moved before");
   }
 }
 

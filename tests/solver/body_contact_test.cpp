@@ -9,13 +9,16 @@
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "bench/support/static_energy.h"
 #include "tests/support/catch.h"
+#include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3f;
+using testing::any_integration;
 using testing::Approx;
 using testing::ContainsSubstring;
 
@@ -109,14 +112,20 @@ SolverMethod any_method() {
   return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
 }
 
+// One for projections, whose steps take long.
+TimeIntegration integration_of(SolverMethod method) {
+  return method == SolverMethod::projection ? TimeIntegration::implicit_euler : any_integration();
+}
+
 }  // namespace
 
 // Would catch bodies that fall through each other, sink in, or carry another weight.
 TEST_CASE("body contact: a block falls on another and rests there", "[validation]") {
   const SolverMethod method = any_method();
+  const TimeIntegration integration = any_integration();
   const float press = GENERATE(0.0F, 1.0F);
-  CAPTURE(static_cast<int>(method), press);
-  Solver solver(make_stack(2e-3), {.method = method});
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration), press);
+  Solver solver(make_stack(2e-3), {.method = method, .integration = integration});
   solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
   std::vector<Index> top;
   for (const Index v : solver.tissue().vertices_of(1)) {
@@ -127,7 +136,7 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
   const std::vector<Vector3f> forces(top.size(), {0, 0, -press / static_cast<float>(top.size())});
   solver.set_forces(top, forces);
 
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < 240; ++i) {
     solver.step(kStep);
   }
 
@@ -143,12 +152,13 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
 // Would catch a force on one side alone, weights that do not sum to zero, or a lever.
 TEST_CASE("body contact: two blocks that collide keep their momentum", "[validation]") {
   const SolverMethod method = any_method();
-  CAPTURE(static_cast<int>(method));
+  const TimeIntegration integration = any_integration();
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Scene scene;
   scene.set_gravity(Vector3f::Zero());
   scene.add_body("left", testing::make_box({3, 3, 3}, kEdge), kSoft);
   scene.add_body("right", moved(testing::make_box({3, 3, 3}, 4e-3), {16e-3, 5e-3, 3e-3}), kSoft);
-  Solver solver(scene, {.method = method});
+  Solver solver(scene, {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, kContact);
   constexpr float kSpeed = 0.05F;
   std::vector<Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
@@ -163,31 +173,77 @@ TEST_CASE("body contact: two blocks that collide keep their momentum", "[validat
   for (int i = 0; i < 240; ++i) {
     solver.step(kStep);
     has_met = has_met || sum_of(solver).pushing > 0;
-    if (std::getenv("TRACE")) {
-      std::printf(
-          "M %d %d %g\n", i, sum_of(solver).pushing,
-          (momentum_of(solver).angular - before.angular).norm() / (15e-3 * before.linear.norm()));
-    }
   }
 
   const Momentum after = momentum_of(solver);
   const double size = before.linear.norm(), moment = 15e-3 * size;
-  const bool is_exact = method == SolverMethod::projection;
+  const bool has_past = integration == TimeIntegration::bdf2;
   REQUIRE(has_met);
   CAPTURE((after.linear - before.linear).norm() / size,
           (after.angular - before.angular).norm() / moment);
-  CHECK((after.linear - before.linear).norm() < (is_exact ? 1e-5 : 1e-2) * size);
-  CHECK((after.angular - before.angular).norm() < (is_exact ? 1e-4 : 1e-2) * moment);
+  CHECK((after.linear - before.linear).norm() < (has_past ? 1e-4 : 1e-5) * size);
+  CHECK((after.angular - before.angular).norm() < (has_past ? 1e-3 : 1e-4) * moment);
   CHECK(mean(solver, 1).x() > 22e-3F + 5e-3F);  // it was pushed
   CHECK(sum_of(solver).pushing == 0);           // and they have parted
+}
+
+// Would catch the rebound that backward differences make of a stop, and a push that adds energy.
+TEST_CASE("body contact: a block that falls on another gains no energy", "[validation]") {
+  const SolverMethod method = any_method();
+  const TimeIntegration integration = any_integration();
+  const bool stands_fast = GENERATE(true, false);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration), stands_fast);
+  constexpr float kFall = 5e-3F;  // beyond the thickness
+  Scene scene = make_stack(kFall + kContact.thickness);
+  if (stands_fast) {
+    scene.fix_where(0, [](const Eigen::Vector3d& /*x*/) { return true; });
+  }
+  // few sweeps follow the impact on soft tissue that is held in short steps alone
+  const float step = stands_fast ? kStep : 1e-3F;
+  Solver solver(scene, {.method = method, .integration = integration});
+  solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
+  const bench::StaticEnergy potential(scene);
+  const auto energy = [&] {
+    bench::Positions positions;
+    for (const Vector3f& x : solver.positions()) {
+      positions.push_back(x.cast<double>());
+    }
+    double sum = potential.value(positions);
+    const std::vector<Vector3f> v = solver.velocities();
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      sum += solver.tissue().masses()[i] / 2 * v[i].squaredNorm();
+    }
+    return sum;
+  };
+  const double released = 1000 * 20e-3 * 20e-3 * 8e-3 * 9.81 * kFall;
+  const double start = energy();
+  const float fallen = mean(solver, 1).z() - kFall;
+  double most = start;
+  float highest = 0;  // of the block, once it has met the other
+  bool has_met = false;
+
+  for (int i = 0; i < std::lround(0.15F / step); ++i) {
+    solver.step(step);
+    most = std::max(most, energy());
+    has_met = has_met || sum_of(solver).pushing > 0;
+    highest = has_met ? std::max(highest, mean(solver, 1).z()) : highest;
+  }
+
+  REQUIRE(has_met);
+  CHECK(most - start < 1e-2 * released);
+  CHECK(highest - fallen < 0.1F * kFall);
 }
 
 // Would catch contacts whose order, or whose partners, hang on who works.
 TEST_CASE("body contact: the same bits on any number of threads") {
   const SolverMethod method = any_method();
+  const TimeIntegration integration = any_integration();
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   const auto hash_of = [&](const Executor& executor) {
-    Solver solver(make_stack(0.6e-3),
-                  {.method = method, .executor = executor, .math = MathMode::strict});
+    Solver solver(make_stack(0.6e-3), {.method = method,
+                                       .integration = integration,
+                                       .executor = executor,
+                                       .math = MathMode::strict});
     solver.set_body_contact(0, 1, {kContact.thickness, 0.2F});
     for (int i = 0; i < 8; ++i) {
       solver.step(kStep);
@@ -205,8 +261,10 @@ TEST_CASE("body contact: the same bits on any number of threads") {
 // Would catch overlap that is snapped away: bodies would fly apart.
 TEST_CASE("body contact: bodies that overlap from the start part slowly") {
   const SolverMethod method = any_method();
-  CAPTURE(static_cast<int>(method));
-  Solver solver(make_stack(-0.8e-3, Vector3f::Zero()), {.method = method});
+  const TimeIntegration integration = any_integration();
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
+  Solver solver(make_stack(-0.8e-3, Vector3f::Zero()),
+                {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, kContact);
   const float before = mean(solver, 1).z();
   float most = 0;
@@ -226,11 +284,13 @@ TEST_CASE("body contact: bodies that overlap from the start part slowly") {
 TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle of friction",
           "[validation]") {
   const SolverMethod method = any_method();
+  const TimeIntegration integration = any_integration();
   constexpr float kFriction = 0.3F;
   const bool sticks = GENERATE(true, false);
-  CAPTURE(static_cast<int>(method), sticks);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration), sticks);
   const float angle = (sticks ? 0.9F : 1.3F) * std::atan(kFriction);
-  Solver solver(make_stack(0.5e-3, {0, 0, -9.81F * std::cos(angle)}), {.method = method});
+  Solver solver(make_stack(0.5e-3, {0, 0, -9.81F * std::cos(angle)}),
+                {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, {kContact.thickness, kFriction});
   for (int i = 0; i < 100; ++i) {
     solver.step(kStep);
@@ -254,8 +314,7 @@ TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle 
   if (sticks) {
     CHECK(std::abs(moved) < 0.01F * 4e-3F);
   } else {
-    // vertex blocks lose momentum to what stands fast: they slide too slowly
-    CHECK(moved > (method == SolverMethod::projection ? 0.85F : 0.05F) * way);
+    CHECK(moved > 0.85F * way);
     CHECK(moved < 1.2F * way);
     CHECK(-sums.force.x() == Approx(kFriction * sums.force.z()).epsilon(0.03));
   }
@@ -264,8 +323,9 @@ TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle 
 // Would catch contacts with triangles that are gone, or new ones that throw what they find inside.
 TEST_CASE("body contact: a body that is cut while it lies on another stays there") {
   const SolverMethod method = any_method();
-  CAPTURE(static_cast<int>(method));
-  Solver solver(make_stack(0.5e-3), {.method = method});
+  const TimeIntegration integration = integration_of(method);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
+  Solver solver(make_stack(0.5e-3), {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 100; ++i) {
     solver.step(kStep);
@@ -306,7 +366,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   CHECK(mean(solver, 1).z() > 3 * kEdge - 1e-3F);
 
   // an undo at once leaves no trace
-  Solver other(make_stack(0.5e-3), {.method = method});
+  Solver other(make_stack(0.5e-3), {.method = method, .integration = integration});
   other.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 100; ++i) {
     other.step(kStep);
@@ -315,7 +375,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   other.tissue().apply(edit);
   other.tissue().undo();
   CHECK(other.state_hash() == before);
-  Solver untouched(make_stack(0.5e-3), {.method = method});
+  Solver untouched(make_stack(0.5e-3), {.method = method, .integration = integration});
   untouched.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 120; ++i) {
     untouched.step(kStep);
@@ -330,8 +390,9 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
 // acts; and searches whose results hang on when they were made.
 TEST_CASE("body contact: steps go on after a snapshot as without it") {
   const SolverMethod method = any_method();
-  CAPTURE(static_cast<int>(method));
-  Solver solver(make_stack(0.5e-3), {.method = method});
+  const TimeIntegration integration = integration_of(method);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
+  Solver solver(make_stack(0.5e-3), {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 17; ++i) {
     solver.step(kStep);
@@ -350,7 +411,7 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
   }
   CHECK(solver.state_hash() == hash);
 
-  Solver fresh(make_stack(0.5e-3), {.method = method});
+  Solver fresh(make_stack(0.5e-3), {.method = method, .integration = integration});
   fresh.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   snapshot.tissue = fresh.tissue().identified_version();
   fresh.restore(snapshot);
@@ -377,7 +438,8 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
 // Would catch bodies that push what links hold together, and a pop where the last link goes.
 TEST_CASE("body contact: what links join does not meet until they are gone") {
   const SolverMethod method = any_method();
-  CAPTURE(static_cast<int>(method));
+  const TimeIntegration integration = integration_of(method);
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Scene scene = make_stack(0.1e-3, Vector3f::Zero());
   const auto x = [&](Index v) { return scene.positions()[v]; };
   constexpr Index kFirst = 7 * 7 * 4;  // of the block
@@ -391,7 +453,7 @@ TEST_CASE("body contact: what links join does not meet until they are gone") {
     }
     scene.add_link({nearest, v, static_cast<float>((x(nearest) - x(v)).norm()), {}});
   }
-  Solver solver(scene, {.method = method});
+  Solver solver(scene, {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, kContact);
   for (int i = 0; i < 20; ++i) {
     solver.step(kStep);
@@ -574,8 +636,6 @@ TEST_CASE("body contact: bad input is refused, and nothing is changed") {
   CHECK_THROWS_WITH(solver.set_body_contact(0, 1, {0, 0}), ContainsSubstring("thickness"));
   CHECK_THROWS_WITH(solver.set_body_contact(0, 1, {1e-3F, -1}), ContainsSubstring("friction"));
   CHECK_THROWS_AS(solver.clear_body_contact(-1, 0), InvalidArgument);
-  Solver bdf2(make_stack(1e-3), {.integration = TimeIntegration::bdf2});
-  CHECK_THROWS_WITH(bdf2.set_body_contact(0, 1, kContact), ContainsSubstring("BDF2"));
   for (int i = 0; i < 60; ++i) {
     solver.step(kStep);
   }

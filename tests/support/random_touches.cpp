@@ -105,8 +105,7 @@ void RandomTouches::let_bodies_meet(Choices& choices, Solver& solver, Solver* tw
   const std::vector<Index> bodies = find_all(solver.tissue().bodies().size(), [&](Index body) {
     return solver.tissue().is_body_alive(body);
   });
-  const SolverOptions& options = solver.options();
-  if (!is_on_host(solver) || options.integration == TimeIntegration::bdf2 || bodies.empty()) {
+  if (!is_on_host(solver) || bodies.empty()) {
     return;
   }
   const Index first = choices.one_of(bodies), second = choices.one_of(bodies);

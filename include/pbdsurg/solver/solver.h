@@ -470,7 +470,7 @@ class PBDSURG_API Solver {
   /// @param second  the first itself: parts of it that are no neighbours, nor nearer than three
   ///                thicknesses at rest, meet each other
   /// @throws InvalidArgument     naming the body that there is not, or the thickness or friction
-  ///                             out of range; in explicit steps and with BDF2
+  ///                             out of range
   /// @throws BackendUnavailable  on a device
   void set_body_contact(Index first, Index second, const TissueContact& contact);
 

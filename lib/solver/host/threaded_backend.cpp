@@ -19,12 +19,12 @@
 #include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/custom_constraints.h"
+#include "lib/solver/methods/eased_pieces.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/touch_search.h"
-#include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -392,7 +392,7 @@ class ThreadedBackend final : public Backend {
       case StepOperation::push:
         meet(turn);
         push_vertices(vertex_state(step, lengths, 1), turn);
-        if (meets_surfaces(step) && !turn.is_idle()) {
+        if ((meets_surfaces(step) || has_touches(step)) && !turn.is_idle()) {
           meet(turn);
           if (thread == 0) {
             push_out_of_surfaces(step);
@@ -448,7 +448,8 @@ class ThreadedBackend final : public Backend {
 
   // Few: the first thread does it, while the others wait.
   void ease(Turn& turn) {
-    if (std::ranges::all_of(turn.step.copy.tools, [](const ToolState& tool) {
+    if (turn.step.copy.touches.contacts.empty() &&
+        std::ranges::all_of(turn.step.copy.tools, [](const ToolState& tool) {
           return tool.contacts.empty() && tool.surface_contacts.empty();
         })) {
       return;

@@ -88,7 +88,7 @@ class FeatureSearch {
     }
     SurfaceContact contact = contact_of(
         corners, met, [&](Index place) { return vertices_.base(place); },
-        [&](Index place) { return own_start(place); });
+        [&](Index place) { return own_start(step_, vertices_, place); });
     if (known != nullptr && moves_vertices(step_.data.options) &&
         !is_explicit(step_.data.options)) {
       recall(*known, inverse_dt_squared_, contact);
@@ -139,15 +139,6 @@ class FeatureSearch {
                    known != nullptr ? &known->normal : nullptr, deepest);
     }
     add(corners, deepest, known);
-  }
-
-  // Where a vertex that has not moved would be, as MovingVertices count.
-  [[nodiscard]] Vector own_start(Index place) const {
-    if (vertices_.bases == nullptr) {
-      return start_of(place);
-    }
-    return has_past(step_.data.options) ? load(step_.copy.ways[place])  // see recall_past()
-                                        : load(step_.copy.carries[place]);
   }
 
   [[nodiscard]] const RememberedContact* find_remembered(const ContactFeature& feature) const {

@@ -5,7 +5,9 @@
 #include <array>
 #include <utility>
 
+#include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/moving_piece.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -178,7 +180,10 @@ std::size_t FreePieces::memory_bytes() const noexcept {
 }
 
 void keep_momentum(const StepContext& step, Index index) {
-  const MovingPiece piece(step, index);
+  const PushedPieces* const groups = has_touches(step)  ? &step.scratch.meeting
+                                     : has_custom(step) ? &step.scratch.pushed
+                                                        : nullptr;
+  const MovingPiece piece(step, index, groups);
   bool is_held = false;
   piece.for_each_hold(
       [&](const VertexHold& hold) { is_held = is_held || hold.kind != HoldKind::touch; });

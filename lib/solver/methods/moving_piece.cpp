@@ -3,19 +3,16 @@
 
 #include <array>
 
-#include "lib/solver/methods/custom_constraints.h"
-#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
 
-MovingPiece::MovingPiece(const StepContext& step, Index piece)
+MovingPiece::MovingPiece(const StepContext& step, Index piece, const PushedPieces* groups)
     : step_(step),
-      places_(has_custom(step) || has_touches(step)
-                  ? step.scratch.pushed.places(step.data.free_pieces, piece, room_)
-                  : step.data.free_pieces.places(piece)),
+      places_(groups != nullptr ? groups->places(step.data.free_pieces, piece, room_)
+                                : step.data.free_pieces.places(piece)),
       is_from_end_(has_past(step.data.options)) {}
 
 bool MovingPiece::counts(Index place) const {

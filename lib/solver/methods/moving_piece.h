@@ -28,9 +28,9 @@ template <class Sums>
 
 class MovingPiece {
  public:
-  /// With custom constraints or contact of bodies, all pieces that go with it; none if others have
-  /// it: see pushed_pieces.h.
-  MovingPiece(const StepContext& step, Index piece);
+  /// @param groups  all pieces that go with it move; none if others have it: see pushed_pieces.h.
+  ///                Null: it moves by itself
+  MovingPiece(const StepContext& step, Index piece, const PushedPieces* groups);
   MovingPiece(const MovingPiece&) = delete;
   MovingPiece& operator=(const MovingPiece&) = delete;
 

@@ -24,6 +24,11 @@ void PushedPieces::begin() {
   std::ranges::fill(is_anchored_, std::uint8_t{0});
 }
 
+void PushedPieces::begin_as(const PushedPieces& other) {
+  groups_ = other.groups_;
+  is_anchored_ = other.is_anchored_;
+}
+
 void PushedPieces::anchor(Index place) {
   if (const Index group = group_at(place); group != kInvalidIndex) {
     is_anchored_[group] = 1;

@@ -26,6 +26,8 @@ class PushedPieces {
 
   /// Each piece is by itself from here on.
   void begin();
+  /// Or goes with those that it goes with elsewhere.
+  void begin_as(const PushedPieces& other);
 
   /// Takes note of a push from outside.
   void anchor(Index place);
@@ -38,13 +40,14 @@ class PushedPieces {
   [[nodiscard]] std::span<const Index> places(const PieceLists& pieces, Index piece,
                                               std::vector<Index>& room) const;
 
-  [[nodiscard]] std::size_t memory_bytes() const noexcept;
-
- private:
+  /// The first of the pieces that keep their momentum with the one at a place; kInvalidIndex: none.
   [[nodiscard]] Index group_at(Index place) const {
     return piece_of_[place] == kInvalidIndex ? kInvalidIndex : groups_[piece_of_[place]];
   }
 
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
   std::vector<Index> piece_of_;            // [place] or kInvalidIndex
   std::vector<Index> groups_;              // [piece] the first of its group
   std::vector<std::uint8_t> is_anchored_;  // [piece] of the first ones

@@ -102,40 +102,93 @@ struct RigidContact {
   ContactForce<double> force;  ///< kg m, before
   double friction;             ///< coefficient
   double stiffness;            ///< kg
-};
 
-class RigidBalance {
- public:
-  /// @param sums      of a piece with mass
-  /// @param contacts  [count] that live as long as this
-  PBDSURG_HOST_DEVICE RigidBalance(const MomentumSums& sums, const RigidContact* contacts,
-                                   Index count)
-      : mass_(sums.mass),
-        inertia_(sums.inertia()),
-        momentum_{sums.gain, sums.moment_about_centre()},
-        contacts_(contacts),
-        count_(count) {
-    if (!inertia_.is_spread) {  // turns no further than a kilogram that is a meter away
-      inertia_ = {1, 1, 1, 0, 0, 0, false};
-      momentum_.angular = {0, 0, 0};
+  /// What it answers once its point has moved.
+  [[nodiscard]] PBDSURG_HOST_DEVICE ContactAnswer<double> answer(const Vec3<double>& move) const {
+    const double rise = dot(normal, move);
+    return contact_answer(force, friction,
+                          {reading.gap + rise, reading.slip + (move - rise * normal)}, stiffness);
+  }
+
+  /// Calls add(stiffness, direction) for the springs of an answer. What slides yields along its
+  /// drag.
+  template <class Add>
+  PBDSURG_HOST_DEVICE void for_each_spring(const ContactAnswer<double>& answer,
+                                           const Add& add) const {
+    const auto& [now, sticking] = answer;
+    if (!(now.push > 0)) {
+      return;
+    }
+    add(stiffness, normal);
+    if (!(friction > 0)) {
+      return;
+    }
+    const bool slides = sticking < 1;
+    const Vec3<double> along = slides ? normalized(now.drag) : any_across(normal);
+    add(sticking * stiffness, cross(normal, along));
+    if (!slides) {
+      add(stiffness, along);
     }
   }
 
-  /// The twist q, from the one before closer to it by each of a few rounds.
-  [[nodiscard]] PBDSURG_HOST_DEVICE Screw twist() const {
-    Screw twist;
+ private:
+  PBDSURG_HOST_DEVICE static Vec3<double> normalized(const Vec3<double>& v) {
+    return (1 / std::sqrt(dot(v, v))) * v;
+  }
+
+  PBDSURG_HOST_DEVICE static Vec3<double> any_across(const Vec3<double>& n) {
+    constexpr double kNotAlong = 0.6;  // one over the square root of three, and some
+    return normalized(std::fabs(n.x) < kNotAlong ? cross(n, {1, 0, 0}) : cross(n, {0, 1, 0}));
+  }
+};
+
+/// A piece with mass, and what sweeps have given it.
+struct RigidBody {
+  PBDSURG_HOST_DEVICE explicit RigidBody(const MomentumSums& sums)
+      : mass(sums.mass), inertia(sums.inertia()), momentum{sums.gain, sums.moment_about_centre()} {
+    if (!inertia.is_spread) {  // turns no further than a kilogram that is a meter away
+      inertia = {1, 1, 1, 0, 0, 0, false};
+      momentum.angular = {0, 0, 0};
+    }
+  }
+
+  /// -(P + M q), what it lacks of momentum at a twist.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Screw lack(const Screw& twist) const {
+    const Vec3<double>& w = twist.angular;
+    const Inertia& i = inertia;
+    const Vec3<double> spin{i.xx * w.x + i.xy * w.y + i.xz * w.z,
+                            i.xy * w.x + i.yy * w.y + i.yz * w.z,
+                            i.xz * w.x + i.yz * w.y + i.zz * w.z};
+    return {-1.0 * momentum.linear - mass * twist.linear, -1.0 * momentum.angular - spin};
+  }
+
+  double mass;
+  Inertia inertia;
+  Screw momentum;
+};
+
+/// Newton's method from no motion on, by a few rounds.
+/// @tparam System  has imbalance(motion), what contacts give beyond the momentum of a motion, and
+///                 way(motion, imbalance), Newton's step from it
+/// @tparam Motion  has dot() and advanced(), as Screw has
+template <class System, class Motion>
+class BalancingMotion {
+ public:
+  PBDSURG_HOST_DEVICE explicit BalancingMotion(const System& system) : system_(system) {}
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE Motion from(Motion motion) const {
     double first_slope = 0;
     for (int round = 0; round < kMostRounds; ++round) {
-      const Screw wrench = imbalance(twist);
-      const Screw way = stiffness(twist).solve(wrench);
+      const Motion wrench = system_.imbalance(motion);
+      const Motion way = system_.way(motion, wrench);
       const double slope = dot(wrench, way);
       first_slope = round == 0 ? slope : first_slope;
       if (!(slope > kLeastSlope * first_slope)) {
         break;
       }
-      twist = advanced(twist, share_of(twist, way, slope), way);
+      motion = advanced(motion, share_of(motion, way, slope), way);
     }
-    return twist;
+    return motion;
   }
 
  private:
@@ -144,70 +197,14 @@ class RigidBalance {
   static constexpr double kLeastSlope = 1e-10;  // the square of what may stay out of balance
   static constexpr double kLevel = 0.25;        // of the slope, that counts as none along a way
 
-  // How a contact moves by a twist.
-  PBDSURG_HOST_DEVICE static Vec3<double> move_of(const RigidContact& contact, const Screw& twist) {
-    return twist.linear + cross(twist.angular, contact.arm);
-  }
-
-  PBDSURG_HOST_DEVICE static ContactAnswer<double> answer(const RigidContact& contact,
-                                                          const Screw& twist) {
-    const Vec3<double> move = move_of(contact, twist);
-    const double rise = dot(contact.normal, move);
-    return contact_answer(
-        contact.force, contact.friction,
-        {contact.reading.gap + rise, contact.reading.slip + (move - rise * contact.normal)},
-        contact.stiffness);
-  }
-
-  // What contacts give beyond the momentum of a twist.
-  [[nodiscard]] PBDSURG_HOST_DEVICE Screw imbalance(const Screw& twist) const {
-    const Vec3<double>& w = twist.angular;
-    const Inertia& i = inertia_;
-    const Vec3<double> spin{i.xx * w.x + i.xy * w.y + i.xz * w.z,
-                            i.xy * w.x + i.yy * w.y + i.yz * w.z,
-                            i.xz * w.x + i.yz * w.y + i.zz * w.z};
-    Screw sum{-1.0 * momentum_.linear - mass_ * twist.linear, -1.0 * momentum_.angular - spin};
-    for (Index c = 0; c < count_; ++c) {
-      const ContactForce<double> force = answer(contacts_[c], twist).force;
-      const Vec3<double> push = force.push * contacts_[c].normal + force.drag;
-      sum.linear = sum.linear + push;
-      sum.angular = sum.angular + cross(contacts_[c].arm, push);
-    }
-    return sum;
-  }
-
-  // How the imbalance shrinks. A contact that slides yields along its drag.
-  [[nodiscard]] PBDSURG_HOST_DEVICE ScrewMatrix stiffness(const Screw& twist) const {
-    ScrewMatrix sum(mass_, inertia_);
-    for (Index c = 0; c < count_; ++c) {
-      const RigidContact& contact = contacts_[c];
-      const Vec3<double>& n = contact.normal;
-      const auto [force, sticking] = answer(contact, twist);
-      if (!(force.push > 0)) {
-        continue;
-      }
-      sum.add(contact.stiffness, n, contact.arm);
-      if (!(contact.friction > 0)) {
-        continue;
-      }
-      const bool slides = sticking < 1;
-      const Vec3<double> along = slides ? normalized(force.drag) : any_across(n);
-      sum.add(sticking * contact.stiffness, cross(n, along), contact.arm);
-      if (!slides) {
-        sum.add(contact.stiffness, along, contact.arm);
-      }
-    }
-    return sum;
-  }
-
   // Of a way, how much to go: all of it, unless that leads back; else to where it begins to, by
   // false position (Illinois: Dowell and Jarratt 1971).
-  [[nodiscard]] PBDSURG_HOST_DEVICE double share_of(const Screw& from, const Screw& way,
+  [[nodiscard]] PBDSURG_HOST_DEVICE double share_of(const Motion& from, const Motion& way,
                                                     double slope) const {
     double low = 0, low_slope = slope, high = 1, high_slope = 0, share = 1;
     int side = 0;  // of the share before
     for (int cut = 0; cut < kMostCuts; ++cut) {
-      const double now = dot(imbalance(advanced(from, share, way)), way);
+      const double now = dot(system_.imbalance(advanced(from, share, way)), way);
       if (now > -kLevel * slope && (cut == 0 || now < kLevel * slope)) {
         break;
       }
@@ -227,18 +224,53 @@ class RigidBalance {
     return share;
   }
 
-  PBDSURG_HOST_DEVICE static Vec3<double> normalized(const Vec3<double>& v) {
-    return (1 / std::sqrt(dot(v, v))) * v;
+  const System& system_;
+};
+
+/// Of one piece.
+class RigidBalance {
+ public:
+  /// @param sums      of a piece with mass
+  /// @param contacts  [count] that live as long as this
+  PBDSURG_HOST_DEVICE RigidBalance(const MomentumSums& sums, const RigidContact* contacts,
+                                   Index count)
+      : body_(sums), contacts_(contacts), count_(count) {}
+
+  /// The twist q.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Screw twist() const {
+    return BalancingMotion<RigidBalance, Screw>(*this).from({});
   }
 
-  PBDSURG_HOST_DEVICE static Vec3<double> any_across(const Vec3<double>& n) {
-    constexpr double kNotAlong = 0.6;  // one over the square root of three, and some
-    return normalized(std::fabs(n.x) < kNotAlong ? cross(n, {1, 0, 0}) : cross(n, {0, 1, 0}));
+  // For BalancingMotion.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Screw imbalance(const Screw& twist) const {
+    Screw sum = body_.lack(twist);
+    for (Index c = 0; c < count_; ++c) {
+      const ContactForce<double> force = contacts_[c].answer(move_of(contacts_[c], twist)).force;
+      const Vec3<double> push = force.push * contacts_[c].normal + force.drag;
+      sum.linear = sum.linear + push;
+      sum.angular = sum.angular + cross(contacts_[c].arm, push);
+    }
+    return sum;
+  }
+  [[nodiscard]] PBDSURG_HOST_DEVICE Screw way(const Screw& twist, const Screw& wrench) const {
+    ScrewMatrix sum(body_.mass, body_.inertia);
+    for (Index c = 0; c < count_; ++c) {
+      const RigidContact& contact = contacts_[c];
+      contact.for_each_spring(contact.answer(move_of(contact, twist)),
+                              [&](double stiffness, const Vec3<double>& direction) {
+                                sum.add(stiffness, direction, contact.arm);
+                              });
+    }
+    return sum.solve(wrench);
   }
 
-  double mass_;
-  Inertia inertia_;
-  Screw momentum_;
+ private:
+  // How a contact moves by a twist.
+  PBDSURG_HOST_DEVICE static Vec3<double> move_of(const RigidContact& contact, const Screw& twist) {
+    return twist.linear + cross(twist.angular, contact.arm);
+  }
+
+  RigidBody body_;
   const RigidContact* contacts_;
   Index count_;
 };

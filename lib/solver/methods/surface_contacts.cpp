@@ -5,6 +5,8 @@
 
 #include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/coupled_tool.h"
+#include "lib/solver/methods/touch_response.h"
+#include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_yield.h"
@@ -102,7 +104,9 @@ void project_surface_contacts(const StepContext& step, Index tool_index) {
 }
 
 void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths) {
-  balance_pieces(step, lengths);
+  if (!has_touches(step)) {  // else answer_touches() has done it
+    balance_pieces(step, lengths);
+  }
   const MovingVertices vertices = moving_vertices(step);
   const float square = 1 / lengths.inverse_dt_squared;
   for (ToolState& tool : step.copy.tools) {
@@ -119,6 +123,7 @@ void answer_surface_contacts(const StepContext& step, const Substep<float>& leng
 
 void push_out_of_surfaces(const StepContext& step) {
   for (int pass = 0; pass < kPushPasses; ++pass) {
+    project_touches(step);
     for (Index tool = 0; tool < static_cast<Index>(step.copy.tools.size()); ++tool) {
       project_surface_contacts(step, tool);
     }

@@ -46,13 +46,14 @@ void add_surface_contact(const StepContext& step, const SurfaceContact& contact,
 void project_surface_contacts(const StepContext& step, Index tool);
 
 /// That of all contacts, at the end of a sweep of vertex blocks: balances what they touch, see
-/// touched_pieces.h, and tools that springs hold, see coupled_tool.h, and takes over their forces.
+/// touched_pieces.h, unless contacts between bodies have done so, and tools that springs hold, see
+/// coupled_tool.h, and takes over their forces.
 void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths);
 
 /// Of explicit steps, how often contacts are gone through after vertices have been pushed.
 inline constexpr int kPushPasses = 4;
 
-/// Of explicit steps: all contacts, once vertices have been pushed.
+/// Of explicit steps: all contacts, once vertices have been pushed; those of tools last.
 void push_out_of_surfaces(const StepContext& step);
 
 /// After all sweeps of vertex blocks: moves what is still inside of tools out of them.

@@ -7,6 +7,7 @@
 #include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/custom_constraints.h"
 #include "lib/solver/methods/touch_search.h"
+#include "lib/solver/methods/touched_pieces.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_yield.h"
 #include "lib/solver/solver_options.h"
@@ -27,29 +28,19 @@ Vector side_of(const MovingVertices& vertices, const TissueTouch& touch, int sid
   return sum;
 }
 
-ContactReading<float> read(const MovingVertices& vertices, const TissueTouch& touch) {
-  return read_plane(touch, side_of(vertices, touch, 0) + side_of(vertices, touch, 1));
-}
-
 // All corners, or none: momentum is theirs together.
 void move(const StepContext& step, const MovingVertices& vertices, const TissueTouch& touch,
           const Vector& push) {
-  std::array<Vector, TissueTouch::kCorners> after;
+  std::array<Vector, TissueTouch::kCorners> ways;
   for (int k = 0; k < TissueTouch::kCorners; ++k) {
     const Particle& p = vertices.moving[touch.places[k]];
-    after[k] = load(p) + (touch.weights[k] * p.w) * push;
-    if (!is_finite_way(after[k])) {
+    ways[k] = (touch.weights[k] * p.w) * push;
+    if (!is_finite_way(load(p) + ways[k])) {
       return;
     }
   }
   for (int k = 0; k < TissueTouch::kCorners; ++k) {
-    const Index place = touch.places[k];
-    Particle& p = vertices.moving[place];
-    if (vertices.points != nullptr) {
-      FixedPoint& point = step.scratch.fixed_points[place];
-      point = moved_point(point, load(p), after[k]);
-    }
-    store(p, after[k]);
+    go_on(step, vertices, touch.places[k], ways[k]);
   }
 }
 
@@ -61,17 +52,27 @@ void project(const StepContext& step, TissueTouch& touch, float friction) {
     yield += touch.weights[k] * touch.weights[k] * vertices.moving[touch.places[k]].w;
   }
   project_contact(
-      touch, friction, yield, [&] { return read(vertices, touch); },
+      touch, friction, yield, [&] { return read_touch(vertices, touch); },
       [&](const Vector& push) { move(step, vertices, touch, push); });
 }
 
 }  // namespace
 
+ContactReading<float> read_touch(const MovingVertices& vertices, const TissueTouch& touch) {
+  return read_plane(touch, side_of(vertices, touch, 0) + side_of(vertices, touch, 1));
+}
+
 void begin_touches(const StepContext& step, const VertexState& state) {
+  if (!has_touches(step)) {
+    return;
+  }
+  if (!has_custom(step)) {
+    step.scratch.pushed.begin();
+  }
   const MovingVertices vertices = moving_vertices(step);
   std::vector<TissueTouch>& touches = step.copy.touches.contacts;
   const auto is_likely = [&](const TissueTouch& touch) {
-    return touch.multiplier > 0 || read(vertices, touch).gap < 0;
+    return touch.multiplier > 0 || read_touch(vertices, touch).gap < 0;
   };
   // What all contacts do at a corner: how often it is pushed.
   const auto pushes_at = [&](Index place, const TissueTouch& own, float weight) {
@@ -114,17 +115,21 @@ void add_touch(const StepContext& step, const TissueTouch& touch, int corner,
              touch.weights[corner], energy);
 }
 
+void project_touches(const StepContext& step) {
+  for (TissueTouch& touch : step.copy.touches.contacts) {
+    project(step, touch, touch.mu);
+  }
+}
+
 void answer_touches(const StepContext& step, const Substep<float>& lengths) {
-  std::vector<TissueTouch>& touches = step.copy.touches.contacts;
   if (!moves_vertices(step.data.options)) {
-    for (TissueTouch& touch : touches) {
-      project(step, touch, touch.mu);
-    }
+    project_touches(step);
     return;
   }
+  balance_pieces(step, lengths);
   const MovingVertices vertices = moving_vertices(step);
   const float square = 1 / lengths.inverse_dt_squared;
-  for (TissueTouch& touch : touches) {
+  for (TissueTouch& touch : step.copy.touches.contacts) {
     touch.seen = {side_of(vertices, touch, 0), side_of(vertices, touch, 1)};
     take_over(touch,
               answer(touch, touch.mu, read_plane(touch, touch.seen[0] + touch.seen[1]),
@@ -138,16 +143,14 @@ void settle_touches(const StepContext& step) {
   if (!has_touches(step)) {
     return;
   }
-  if (!has_custom(step)) {
-    step.scratch.pushed.begin();
-  }
+  step.scratch.meeting.begin_as(step.scratch.pushed);
   const MovingVertices vertices = moving_vertices(step);
   for (TissueTouch& touch : step.copy.touches.contacts) {
-    if (read(vertices, touch).gap < 0) {
+    if (read_touch(vertices, touch).gap < 0) {
       project(step, touch, 0);
     }
     if (touch.multiplier > 0) {
-      step.scratch.pushed.join(touch.places[0], touch.places[1]);
+      step.scratch.meeting.join(touch.places[0], touch.places[1]);
     }
   }
 }

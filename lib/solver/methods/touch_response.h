@@ -13,11 +13,17 @@
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"
 
+#include "lib/solver/methods/contact_answer.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/tissue_touch.h"
 
 namespace pbdsurg {
+
+/// Where a contact is now.
+[[nodiscard]] ContactReading<float> read_touch(const MovingVertices& vertices,
+                                               const TissueTouch& touch);
 
 /// Of vertex blocks, once it is known what holds each vertex: how stiffly bodies meet.
 void begin_touches(const StepContext& step, const VertexState& state);
@@ -30,8 +36,12 @@ void see_touches(const StepContext& step);
 void add_touch(const StepContext& step, const TissueTouch& touch, int corner,
                float inverse_dt_squared, VertexEnergy<float>& energy);
 
-/// The phase of contacts between bodies, at the end of a sweep: projects them in their order; of
-/// vertex blocks, takes over their forces.
+/// Projects contacts in their order.
+void project_touches(const StepContext& step);
+
+/// The phase of contacts between bodies, at the end of a sweep: projects them; of vertex blocks,
+/// balances what touches each other or a tool, see touched_pieces.h, and takes over
+/// their forces.
 void answer_touches(const StepContext& step, const Substep<float>& lengths);
 
 /// After all sweeps of vertex blocks: parts what is still too near, and joins the momentum of what

@@ -73,6 +73,11 @@ class TouchSearch {
  private:
   [[nodiscard]] Vector start(Index place) const { return load(starts_[place]); }
 
+  // m, likewise, to where sweeps begin
+  [[nodiscard]] Vector way_from_start(Index place) const {
+    return load(vertices_.moving[place]) - own_start(step_, vertices_, place);
+  }
+
   // m, of a vertex in this substep, as nothing stops it
   [[nodiscard]] float way(Index place) const {
     const Vector u = moves_vertices(step_.data.options) ? load(step_.scratch.flights[place])
@@ -241,7 +246,54 @@ class TouchSearch {
     if (!(distance < reach) || !(distance > -kDeepest * thickness)) {
       return;
     }
+    if (const auto face = find_passed_face(candidates, *nearest, normal, thickness)) {
+      add(slot, vertex_body, *face, load(face->outwards), face->distance, pair.contact, known);
+      return;
+    }
     add(slot, vertex_body, *nearest, load(normal), distance, pair.contact, known);
+  }
+
+  // What slides on a surface comes near edges of it, and is none the nearer for that: the plane of
+  // an edge would stop it there. So where that would push in this substep and one face at the edge
+  // would do so less, and is as far away as surfaces should be, it stands for the edge, beyond its
+  // own triangle.
+  [[nodiscard]] std::optional<Nearest> find_passed_face(std::span<const TouchCandidate> candidates,
+                                                        const Nearest& edge, const Vector3f& normal,
+                                                        float thickness) const {
+    constexpr float kRest = 0.9F;  // of the thickness, where surfaces lie on each other
+    if (std::ranges::count(edge.weights, 0.0F) == 0 || !(edge.distance > thickness)) {
+      return std::nullopt;
+    }
+    const Index place = candidates.front().slot.place;
+    Vector way = way_from_start(place);
+    for (int k = 0; k < 3; ++k) {
+      way = way - edge.weights[k] * way_from_start(edge.triangle[k]);
+    }
+    const Vector3f ahead = edge.away + vector_of(way);
+    float most = normal.dot(ahead);
+    std::optional<Nearest> passed;
+    for (const TouchCandidate& candidate : candidates) {
+      if (!(most < thickness)) {
+        break;
+      }
+      const auto& t = candidate.triangle;
+      const Vector3f a = vector_of(start(t[0]) - start(place));
+      const Vector3f ab = vector_of(start(t[1]) - start(t[0]));
+      const Vector3f ac = vector_of(start(t[2]) - start(t[0]));
+      const Vector3f across = ab.cross(ac), outwards = across.normalized();
+      const float distance = outwards.dot(edge.away), clear = outwards.dot(ahead);
+      const bool is_at_edge = std::ranges::all_of(std::array{0, 1, 2}, [&](int k) {
+        return edge.weights[k] == 0 || std::ranges::find(t, edge.triangle[k]) != t.end();
+      });
+      if (is_at_edge && distance > kRest * thickness && clear > most) {
+        const Vector3f at = -distance * outwards - a;
+        const float b = across.dot(at.cross(ac)) / across.squaredNorm();
+        const float c = across.dot(ab.cross(at)) / across.squaredNorm();
+        most = clear;
+        passed = {t, {1 - b - c, b, c}, distance * outwards, distance, outwards, 1};
+      }
+    }
+    return passed;
   }
 
   void add(const TouchSlot& slot, Index vertex_body, const Nearest& nearest, const Vector& normal,
@@ -264,19 +316,15 @@ class TouchSearch {
     const float wanted = std::min(settings.thickness, distance + kRecovery * step_.data.part.h);
     touch.offset = vertices_.bases == nullptr ? wanted : wanted - distance;
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      touch.drift = touch.drift + touch.weights[k] * own_start(touch.places[k]);
+      touch.drift = touch.drift + touch.weights[k] * own_start(step_, vertices_, touch.places[k]);
     }
-    if (known != nullptr && moves_vertices(step_.data.options)) {  // projections begin anew
+    const SolverOptions& options = step_.data.options;  // projections begin anew
+    if (known != nullptr && moves_vertices(options) && !is_explicit(options)) {
       touch.multiplier = known->force / inverse_dt_squared_;
       const Vector along = known->friction - dot(known->friction, normal) * normal;
       touch.friction = (1 / inverse_dt_squared_) * along;
     }
     touches_.contacts.push_back(touch);
-  }
-
-  // Where a vertex that has not moved would be, as MovingVertices count.
-  [[nodiscard]] Vector own_start(Index place) const {
-    return vertices_.bases == nullptr ? start(place) : load(step_.copy.carries[place]);
   }
 
   [[nodiscard]] const RememberedTouch* find_remembered(const TouchSlot& slot) const {

@@ -114,6 +114,15 @@ MovingVertices moving_vertices(const StepContext& step) noexcept {
   return {step.copy.particles.data(), nullptr};
 }
 
+Vec3<float> own_start(const StepContext& step, const MovingVertices& vertices,
+                      Index place) noexcept {
+  if (vertices.bases == nullptr) {
+    return load(step.scratch.previous[place]);
+  }
+  return has_past(step.data.options) ? load(step.copy.ways[place])  // see recall_past()
+                                     : load(step.copy.carries[place]);
+}
+
 void go_on(const StepContext& step, const MovingVertices& vertices, Index place,
            const Vec3<float>& way) {
   Particle& p = vertices.moving[place];
@@ -209,6 +218,41 @@ void keep_past(const StepContext& step, Index first, Index last) {
   }
 }
 
+namespace {
+
+// As a vertex eases off a tool, what the two sides do to each other; by the masses of its corners,
+// so momentum stays.
+void ease_touch(CopyState& copy, const TissueTouch& touch, float inverse_h) {
+  Pushed<float> between;
+  Vec3<float> way;
+  float yield = 0;
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    const Index place = touch.places[k];
+    const float weight = touch.weights[k];
+    between.velocity = between.velocity + weight * load(copy.velocities[place]);
+    between.velocity_before =
+        between.velocity_before + weight * load(copy.velocities_before[place]);
+    way = way + weight * load(copy.ways[place]);
+    yield += weight * weight * copy.particles[place].w;
+  }
+  if (!(yield > 0)) {
+    return;
+  }
+  const Pushed<float> now = eased(between, touch.normal, way, inverse_h);
+  const auto change = [](Velocity& velocity, const Vec3<float>& more) {
+    const Vec3<float> sum = load(velocity) + more;
+    velocity = {sum.x, sum.y, sum.z};
+  };
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    const Index place = touch.places[k];
+    const float share = touch.weights[k] * copy.particles[place].w / yield;
+    change(copy.velocities[place], share * (now.velocity - between.velocity));
+    change(copy.velocities_before[place], share * (now.velocity_before - between.velocity_before));
+  }
+}
+
+}  // namespace
+
 void ease_contacts(CopyState& copy, float h) {
   const auto ease = [&](Index place, const Vec3<float>& normal) {
     Velocity& velocity = copy.velocities[place];
@@ -233,6 +277,11 @@ void ease_contacts(CopyState& copy, float h) {
           ease(contact.feature.places[k], contact.normal);
         }
       }
+    }
+  }
+  for (const TissueTouch& touch : copy.touches.contacts) {
+    if (touch.multiplier > 0 && !touch.is_eased) {
+      ease_touch(copy, touch, 1 / h);
     }
   }
 }

@@ -68,6 +68,10 @@ struct MovingVertices {
 
 [[nodiscard]] MovingVertices moving_vertices(const StepContext& step) noexcept;
 
+/// Where a vertex that has not moved in this substep would be, as MovingVertices count.
+[[nodiscard]] Vec3<float> own_start(const StepContext& step, const MovingVertices& vertices,
+                                    Index place) noexcept;
+
 /// A vertex goes on by a way, and its fixed point with it, but in explicit steps, whose points are
 /// where vertices start. It stays, if it would get to what is not finite.
 /// @param way  m
@@ -85,7 +89,8 @@ void settle_vertices(const StepContext& step, const FreeMotion<float>& motion);
 void recall_past(const StepContext& step, float past_share, Index first, Index last);
 void keep_past(const StepContext& step, Index first, Index last);
 
-/// What tools push does not spring back; for pieces that ease_pieces() saw to, that is done.
+/// What tools or other bodies push does not spring back; for pieces that ease_pieces() saw to, that
+/// is done.
 /// @param h  s, of the substep
 void ease_contacts(CopyState& copy, float h);
 

@@ -38,7 +38,7 @@ enum class StepOperation : std::uint8_t {
   update_velocities,  ///< from the way of the substep
   settle,             ///< vertices go where displacements lead; velocities from these
   keep_past,          ///< of BDF2: for the next recall_past
-  ease_contacts,      ///< of BDF2: what tools push does not spring back from them
+  ease_contacts,      ///< of BDF2: what tools and bodies push does not spring back
 };
 
 struct StepProgram {

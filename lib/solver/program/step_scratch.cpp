@@ -54,6 +54,9 @@ void StepScratch::fit_ends(const SolverData& data) {
   if (!data.custom.empty() || !data.contact_bodies.empty()) {
     pushed.fit(data.free_pieces, data.particles.size());
   }
+  if (!data.contact_bodies.empty()) {
+    meeting.fit(data.free_pieces, data.particles.size());
+  }
   const auto& links = data.sets.of<StiffLinkConstraint>();
   if (links.group_count() == 0 && data.custom.empty()) {
     return;
@@ -96,14 +99,19 @@ void StepScratch::reserve_holds(const SolverData& data) {
       sum += tool.attachments.size() + 3 * tool.grip.points.size() + tool.contacts.capacity() +
              3 * tool.surface_contacts.capacity();
     }
-    sum += TissueTouch::kCorners * data.copy(i).touches.contacts.capacity();
+    const std::size_t touches = data.copy(i).touches.contacts.capacity();
+    sum += TissueTouch::kCorners * touches;
+    rigid += 2 * touches;
     most = std::max(most, sum);
     most_rigid = std::max(most_rigid, rigid);
   }
   holds.reserve(most);
   gives.reserve(most);
-  contact_entries.reserve(most_rigid);
+  contact_entries.reserve(most);
   rigid_contacts.reserve(most_rigid);
+  group_contacts.reserve(most_rigid);
+  group_bodies.reserve(GroupScrews::kMostPieces);
+  piece_pairs.reserve(most_rigid);
 }
 
 void StepScratch::fit_beside(const SolverData& data) {
@@ -122,13 +130,15 @@ void StepScratch::fit_beside(const SolverData& data) {
 }
 
 std::size_t StepScratch::memory_bytes() const noexcept {
-  std::size_t bytes =
-      bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) + bytes_of(fixed_points) +
-      bytes_of(first_holds) + bytes_of(holds) + bytes_of(gives) + bytes_of(held) +
-      bytes_of(contact_entries) + bytes_of(rigid_contacts) + bytes_of(end_ways) +
-      bytes_of(end_gives) + bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-      coarse.memory_bytes() + pushed.memory_bytes() + bytes_of(guards) + bytes_of(springs) +
-      bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
+  std::size_t bytes = bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) +
+                      bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
+                      bytes_of(gives) + bytes_of(held) + bytes_of(contact_entries) +
+                      bytes_of(rigid_contacts) + bytes_of(group_contacts) + bytes_of(group_bodies) +
+                      bytes_of(piece_pairs) + touched.memory_bytes() + bytes_of(end_ways) +
+                      bytes_of(end_gives) + bytes_of(end_shears) + bytes_of(linked) +
+                      bytes_of(lone_ends) + coarse.memory_bytes() + pushed.memory_bytes() +
+                      meeting.memory_bytes() + bytes_of(guards) + bytes_of(springs) +
+                      bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

@@ -14,8 +14,10 @@
 #include "pbdsurg/constraints/stiff_link.h"
 
 #include "lib/solver/methods/coarse_correction.h"
+#include "lib/solver/methods/group_balance.h"
 #include "lib/solver/methods/pushed_pieces.h"
 #include "lib/solver/methods/rigid_balance.h"
+#include "lib/solver/methods/touched_list.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -53,10 +55,17 @@ class MultiplierStore {
   std::tuple<Groups<Constraints>...> groups_;
 };
 
-/// Of a surface contact.
+/// Of a surface contact, or one between bodies.
 struct ContactEntry {
-  Index tool, entry;
+  Index tool, entry;  ///< as of VertexHold
+  int side = 0;       ///< of a contact between bodies: 0 the vertex, 1 the triangle
   auto operator<=>(const ContactEntry& other) const noexcept = default;
+};
+
+/// Of StepScratch::touched, the first before the second.
+struct PiecePair {
+  Index first, second;
+  auto operator<=>(const PiecePair& other) const noexcept = default;
 };
 
 enum class HoldKind : std::uint8_t { grasp, grip, contact, surface_contact, touch };
@@ -92,13 +101,18 @@ struct PBDSURG_API StepScratch {
   std::vector<HeldGive> gives;                ///< [hold] by the first of a vertex, see yield_of()
   std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
   std::vector<ContactEntry> contact_entries;  // likewise
+  TouchedPieces touched;                      ///< in the current sweep
   std::vector<RigidContact> rigid_contacts;   ///< of one piece, see touched_pieces.h
+  std::vector<GroupContact> group_contacts;   ///< of pieces that meet, likewise
+  std::vector<RigidBody> group_bodies;        // likewise
+  std::vector<PiecePair> piece_pairs;         ///< that push each other, see eased_pieces.h
   CoarseScratch coarse;                       ///< of its coarse correction, if it has one
   // of its stiff links and custom constraints, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
   std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
-  PushedPieces pushed;             ///< by custom constraints, or by other bodies
+  PushedPieces pushed;                                    ///< by custom constraints
+  PushedPieces meeting;            ///< by these or, once sweeps are done, by other bodies
   std::vector<GuardBlock> guards;  ///< [block] likewise
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.

@@ -50,6 +50,7 @@ struct TissueTouch {
   /// m, sum(weights * u) of either side when a sweep of vertex blocks began: what the other side
   /// sees of it, as vertices of both may move at the same time
   std::array<Vec3<float>, 2> seen{};
+  bool is_eased = false;  ///< with the pieces that it touches: see ease_pieces()
 };
 
 /// What a substep leaves to the next of a contact.
