@@ -124,8 +124,8 @@ ContactOutcome thrust(const SolverOptions& options, int shots, float step) {
 // pull grows until the other end gives way.
 ContactOutcome pull_belt(SolverOptions options) {
   constexpr float kFriction = 0.3F, kStep = 5e-3F;
-  constexpr double kRadius = 5e-3, kEdge = 1e-3, kStraight = 15e-3, kPull = 0.02;  // m, N
-  constexpr Index kAcross = 4;
+  constexpr double kRadius = 5e-3, kEdge = 1.25e-3, kStraight = 15e-3, kPull = 0.02;  // m, N
+  constexpr Index kAcross = 3;
   options.damping = 20;
   const double arc = std::numbers::pi * kRadius;
   const auto cells = static_cast<Index>(std::lround((arc + 2 * kStraight) / kEdge));
@@ -145,7 +145,7 @@ ContactOutcome pull_belt(SolverOptions options) {
   }
   Scene scene;
   scene.add_sheet("belt", belt.positions, belt.triangles,
-                  {.thickness = 0.5e-3F, .youngs_modulus = 300e3F});
+                  {.thickness = 0.5e-3F, .density = 1e4F, .youngs_modulus = 200e3F});
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, options);
   const Capsule pulley{{0, -0.05F, 0}, {0, 0.05F, 0}, static_cast<float>(kRadius)};
@@ -164,7 +164,7 @@ ContactOutcome pull_belt(SolverOptions options) {
   const double before = height();
   double ratio = 1;
   while (height() < before + kEdge / 2 && ratio < 2 * expected) {
-    ratio += 1e-3;
+    ratio += 4e-3;
     pull(right, ratio * kPull);
     solver.step(kStep);
   }
