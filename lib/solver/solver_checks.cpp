@@ -11,6 +11,7 @@
 
 #include "lib/base/check.h"
 #include "lib/base/describe.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
 
