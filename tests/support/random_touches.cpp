@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <string>
 
 #include "pbdsurg/base/error.h"
@@ -52,7 +53,7 @@ bool is_on_host(const Solver& solver) {
 }  // namespace
 
 void RandomTouches::change(Choices& choices, Solver& solver, Solver* twin) {
-  switch (choices.below(8)) {
+  switch (choices.below(9)) {
     case 0:
     case 1:
       add_tool(choices, solver, twin);
@@ -63,6 +64,9 @@ void RandomTouches::change(Choices& choices, Solver& solver, Solver* twin) {
       break;
     case 4:
       grasp(choices, solver, twin);
+      break;
+    case 5:
+      change_tool(choices, solver, twin);
       break;
     default:
       move_tools(choices, solver, twin);
@@ -89,6 +93,27 @@ void RandomTouches::add_tool(Choices& choices, Solver& solver, Solver* twin) {
     both(solver, twin, [&](Solver& each) { added = each.add_tool({&capsule, 1}, pose, surface); });
   }
   tools_.push_back(added);
+}
+
+// Takes one out, or ties it by a spring, or ties it no more.
+void RandomTouches::change_tool(Choices& choices, Solver& solver, Solver* twin) {
+  if (tools_.empty()) {
+    return;
+  }
+  const ToolId tool = tools_.back();
+  if (choices.below(2) == 0) {
+    both(solver, twin, [&](Solver& each) { each.remove_tool(tool); });
+    tools_.pop_back();
+  } else if (is_on_host(solver)) {
+    const float stiffness =
+        choices.one_of(std::array{0.5F, 500.0F, std::numeric_limits<float>::infinity()});
+    both(solver, twin, [&](Solver& each) {
+      try {
+        each.couple_tool(tool, {stiffness});
+      } catch (const InvalidArgument&) {  // it meets vertices alone, without friction
+      }
+    });
+  }
 }
 
 void RandomTouches::move_tools(Choices& choices, Solver& solver, Solver* twin) const {
@@ -157,7 +182,8 @@ void RandomTouches::grasp(Choices& choices, Solver& solver, Solver* twin) {
 std::string RandomTouches::difference(const Solver& solver, const Solver& twin) const {
   for (const ToolId tool : tools_) {
     if (solver.tool_force(tool) != twin.tool_force(tool) ||
-        solver.tool_torque(tool) != twin.tool_torque(tool)) {
+        solver.tool_torque(tool) != twin.tool_torque(tool) ||
+        solver.tool_pose(tool).matrix() != twin.tool_pose(tool).matrix()) {
       return "a tool feels something else";
     }
     if (solver.tool_contacts(tool).size() != twin.tool_contacts(tool).size()) {

@@ -28,6 +28,7 @@ class RandomTouches {
 
  private:
   void add_tool(Choices& choices, Solver& solver, Solver* twin);
+  void change_tool(Choices& choices, Solver& solver, Solver* twin);
   void move_tools(Choices& choices, Solver& solver, Solver* twin) const;
   static void let_bodies_meet(Choices& choices, Solver& solver, Solver* twin);
   void grasp(Choices& choices, Solver& solver, Solver* twin);
