@@ -22,10 +22,10 @@
 namespace pbdsurg {
 namespace {
 
-void check_size(const std::string& what, std::size_t size, std::size_t expected) {
+void check_size(const char* what, std::size_t size, std::size_t expected) {
   if (size != expected) {
-    throw InvalidArgument(what + " has " + std::to_string(size) + " entries; it needs " +
-                          std::to_string(expected));
+    throw InvalidArgument(std::string(what) + " has " + std::to_string(size) +
+                          " entries; it needs " + std::to_string(expected));
   }
 }
 
@@ -84,8 +84,8 @@ void check_angles(std::span<const std::vector<float>> angles, std::span<const To
     if (tools[t].is_removed) {
       continue;
     }
-    check_size("the snapshot's joints of tool " + std::to_string(t), angles[t].size(),
-               tools[t].joints.size());
+    const std::string what = "the snapshot's joints of tool " + std::to_string(t);
+    check_size(what.c_str(), angles[t].size(), tools[t].joints.size());
     std::ranges::for_each(angles[t], check_angle);
   }
 }

@@ -537,21 +537,8 @@ HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& bl
   add_rows(rows, without_strips(block), access, energy);
 }
 
-HWY_INLINE void store_energy(const VertexEnergy<Lanes>& energy, EnergyBlock& energies, Index lane) {
-  const Lanes* const force[] = {&energy.force.x, &energy.force.y, &energy.force.z};
-  for (int axis = 0; axis < 3; ++axis) {
-    store_lanes(*force[axis], energies.force[axis] + lane);
-  }
-  store_lanes(energy.isotropic, energies.isotropic + lane);
-  const Lanes* const hessian[] = {&energy.xx, &energy.yy, &energy.zz,
-                                  &energy.xy, &energy.xz, &energy.yz};
-  for (int number = 0; number < 6; ++number) {
-    store_lanes(*hessian[number], energies.hessian[number] + lane);
-  }
-}
-
 HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& state,
-                                    Index block_index, EnergyBlock& energies) {
+                                    Index block_index) {
   const VertexBlock& block = rows.blocks[block_index];
   const Lanes unit(state.unit), inverse_unit(1 / state.unit);
   LaneBits left = 0;
@@ -573,9 +560,6 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
       add_rows_by_strips(rows, block, access, energy);
     } else {
       add_tree(rows, block, access, energy);
-    }
-    if (state.left_out[block_index] != 0) {
-      store_energy(energy, energies, lane);
     }
     const Vec3<Lanes> move = relaxation * VertexFactor<Lanes>(energy).solve(energy.force);
     const Lanes infinity(std::numeric_limits<float>::infinity());

@@ -89,9 +89,7 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
 
   /// Moves the vertices of a block. Returns the lanes that it has left alone: those that it was
   /// told to, and those at which something is not finite.
-  /// @param energies  gets those of the lanes that it was told to leave, if there are any
-  LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block,
-                             EnergyBlock& energies);
+  LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
 
   /// Likewise of explicit steps, by the forces where the substep starts.
   LaneBits (*push_vertices)(const VertexRows&, const VertexState&, Index block);

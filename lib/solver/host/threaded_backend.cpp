@@ -669,12 +669,11 @@ class ThreadedBackend final : public Backend {
     const StepContext& step = turn.step;
     const VertexRows rows = vertex_rows(step);
     const auto [first, count] = step.data.vertex_blocks.blocks(stage.group);
-    EnergyBlock energies;
     for (Index block = first + thread; block < first + count; block += threads) {
-      const LaneBits left = kernels_.solve_vertices(rows, state, block, energies);
+      const LaneBits left = kernels_.solve_vertices(rows, state, block);
       if (left != 0) {
         damp_volumes(turn, block);
-        solve_lanes(step, state, block, left, &energies);
+        solve_lanes(step, state, block, left);
       }
     }
   }

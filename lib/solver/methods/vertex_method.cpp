@@ -90,17 +90,6 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
   return rows;
 }
 
-VertexEnergy<float> energy_of(const EnergyBlock& energies, Index lane) {
-  return {{energies.force[0][lane], energies.force[1][lane], energies.force[2][lane]},
-          energies.isotropic[lane],
-          energies.hessian[0][lane],
-          energies.hessian[1][lane],
-          energies.hessian[2][lane],
-          energies.hessian[3][lane],
-          energies.hessian[4][lane],
-          energies.hessian[5][lane]};
-}
-
 }  // namespace
 
 SolverMethod method_for(std::span<const Body> bodies, const SolverOptions& options) {
@@ -257,7 +246,7 @@ VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
 }
 
 void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
-                 LaneBits lanes, const EnergyBlock* energies) {
+                 LaneBits lanes) {
   const VertexRows rows = vertex_rows(step);
   const VertexBlock& block = rows.blocks[block_index];
   const std::vector<Index>& first_holds = step.scratch.first_holds;
@@ -286,12 +275,8 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
       held.add_surface_contacts(state.inverse_dt_squared, energy);
       return move_held(held, energy, 1 / state.inverse_dt_squared);
     };
-    const bool is_found =
-        energies != nullptr && (state.left_out[block_index] >> lane & 1) != 0 && !is_lost(point);
-    const Vec3<float> move =
-        is_found ? move_vertex(rows, block, access, start, energy_of(*energies, lane), solve)
-                 : move_vertex(rows, is_lost(point) ? VertexBlock{} : block, access, start, solve);
-    const Vec3<float> moved = u + move;
+    const Vec3<float> moved =
+        u + move_vertex(rows, is_lost(point) ? VertexBlock{} : block, access, start, solve);
     store(p, moved);
     point = moved_point(point, u, moved);
   }

@@ -59,9 +59,7 @@ void damp_rows(const StepContext& step, float inverse_dt);
                                        float relaxation) noexcept;
 
 /// Moves some vertices of a block, one after another.
-/// @param energies  of those of VertexState::left_out, if kernels have found them
-void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes,
-                 const EnergyBlock* energies = nullptr);
+void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
 
 /// Of explicit steps: moves some vertices of a block, or all of all blocks, by forces of the start.
 void push_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);

@@ -144,13 +144,6 @@ struct alignas(64) GuardBlock {
   float stiffness[kBlockLanes]{};  ///< N/m
 };
 
-/// Energies of the vertices of a block, rows and all: see VertexEnergy.
-struct alignas(64) EnergyBlock {
-  float force[3][kBlockLanes];    ///< N
-  float isotropic[kBlockLanes];   ///< N/m
-  float hessian[6][kBlockLanes];  ///< N/m: xx, yy, zz, xy, xz, yz
-};
-
 /// What moving vertices reads and writes beside their rows.
 struct VertexState {
   const Particle* bases;     ///< m, where vertices were at the start of the substep
