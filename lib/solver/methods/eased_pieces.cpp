@@ -10,6 +10,7 @@
 #include "lib/solver/methods/moving_piece.h"
 #include "lib/solver/methods/piece_easing.h"
 #include "lib/solver/methods/touched_pieces.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -67,15 +68,11 @@ class EasedPiece {
   }
 
   void ease(const Easing& easing) const {
-    const auto change = [](Velocity& velocity, const Vec3<float>& more) {
-      const Vec3<float> sum = load(velocity) + more;
-      velocity = {sum.x, sum.y, sum.z};
-    };
     for (const Index place : piece_.places()) {
       if (piece_.counts(place)) {
         const Vec3<float> along = part_of(motion_, position(place));
-        change(step_.copy.velocities[place], static_cast<float>(easing.now) * along);
-        change(step_.copy.velocities_before[place], static_cast<float>(easing.before) * along);
+        speed_up(step_.copy.velocities[place], static_cast<float>(easing.now) * along);
+        speed_up(step_.copy.velocities_before[place], static_cast<float>(easing.before) * along);
       }
     }
   }

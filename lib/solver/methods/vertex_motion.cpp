@@ -239,15 +239,12 @@ void ease_touch(CopyState& copy, const TissueTouch& touch, float inverse_h) {
     return;
   }
   const Pushed<float> now = eased(between, touch.normal, way, inverse_h);
-  const auto change = [](Velocity& velocity, const Vec3<float>& more) {
-    const Vec3<float> sum = load(velocity) + more;
-    velocity = {sum.x, sum.y, sum.z};
-  };
   for (int k = 0; k < TissueTouch::kCorners; ++k) {
     const Index place = touch.places[k];
     const float share = touch.weights[k] * copy.particles[place].w / yield;
-    change(copy.velocities[place], share * (now.velocity - between.velocity));
-    change(copy.velocities_before[place], share * (now.velocity_before - between.velocity_before));
+    speed_up(copy.velocities[place], share * (now.velocity - between.velocity));
+    speed_up(copy.velocities_before[place],
+             share * (now.velocity_before - between.velocity_before));
   }
 }
 

@@ -78,6 +78,12 @@ struct MovingVertices {
 void go_on(const StepContext& step, const MovingVertices& vertices, Index place,
            const Vec3<float>& way);
 
+/// m/s, more than before.
+inline void speed_up(Velocity& velocity, const Vec3<float>& by) {
+  const Vec3<float> sum = load(velocity) + by;
+  velocity = {sum.x, sum.y, sum.z};
+}
+
 void predict_positions(const StepContext& step, const FreeMotion<float>& motion);
 void update_velocities(const StepContext& step, const FreeMotion<float>& motion);
 
