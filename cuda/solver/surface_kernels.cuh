@@ -73,6 +73,7 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
     corners.start[k] =
         state.displacements == nullptr ? position_of(load_particle(state.previous + place)) : base;
     corners.end[k] = base + position_of(p);
+    corners.is_fixed[k] = !(p.w > 0);
     moves |= p.w > 0;
   }
   return moves;
@@ -325,7 +326,7 @@ __global__ void __launch_bounds__(kListThreads)
   }
   const Index capacity =
       input->contact_capacity < surfaces.tool_room ? input->contact_capacity : surfaces.tool_room;
-  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const float h = input->h, inverse_dt_squared = input->substep.inverse_dt_squared;
   Index end = 0, dropped = 0;
   for (Index m = 0; m < surfaces.meeter_room; ++m) {
     if (thread == 0) {
@@ -355,7 +356,8 @@ __global__ void __launch_bounds__(kListThreads)
       };
       DeviceContact& found = surfaces.found[i];
       found.contact = contact_of(
-          candidate.corners, met, [&](Index place) { return base_of(state, place); }, start_of);
+          candidate.corners, met, gap_to_reach(candidate.corners, met, h),
+          [&](Index place) { return base_of(state, place); }, start_of);
       if (remembers && known != nullptr) {
         recall(*known, inverse_dt_squared, found.contact);
       }
@@ -491,6 +493,10 @@ __global__ void __launch_bounds__(kListThreads)
     }
     is_any_inside = __syncthreads_or(is_any_inside) != 0;
   }
+  for (Index c = static_cast<Index>(threadIdx.x); settles && c < count; c += kListThreads) {
+    SurfaceContact& contact = surfaces.contacts[c].contact;
+    contact.is_left_inside = is_left_inside(read_contact(state, contact));
+  }
 }
 
 void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,
@@ -529,9 +535,7 @@ __global__ void __launch_bounds__(kToolThreads)
   const Index count = contact_count(surfaces);
   for (Index c = thread_index(); c < count; c += thread_count()) {
     const SurfaceContact& contact = surfaces.contacts[c].contact;
-    const RememberedContact now{contact.feature, contact.normal,
-                                inverse_dt_squared * contact.multiplier,
-                                inverse_dt_squared * contact.friction};
+    const RememberedContact now = remembered(contact, inverse_dt_squared);
     surfaces.remembered[c] = now;
     if (tells) {
       surfaces.told[c] = contact;

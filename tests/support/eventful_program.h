@@ -79,8 +79,10 @@ class EventfulProgram {
   /// Before the first round.
   void begin(Solver& solver) const {
     solver.add_tool({&capsule_, 1}, pose_, surface_);
-    solver.add_tool({&capsule_, 1}, ToolPose::Identity(),
-                    surface_);  // pushes, too, once it holds nothing
+    // pushes, too, once it holds nothing: vertices around it, or what comes down upon it
+    ToolPose below = ToolPose::Identity();
+    below.translation().y() = surface_.features == ContactFeatures::all ? -0.0045F : 0;
+    solver.add_tool({&capsule_, 1}, below, surface_);
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
 

@@ -58,6 +58,12 @@ PBDSURG_HOST_DEVICE inline void take_over(Contact& contact, const ContactForce<f
   }
 }
 
+/// Whether sweeps, and what came after them, left a contact inside: others are against it.
+[[nodiscard]] PBDSURG_HOST_DEVICE inline bool is_left_inside(const ContactReading<float>& reading) {
+  constexpr float kLeftInside = 1e-5F;  // m
+  return reading.gap < -kLeftInside;
+}
+
 /// What an answer does at a corner that moves, of vertex blocks.
 template <class Contact>
 PBDSURG_DEVICE inline void add_answer(const Contact& contact, const ContactAnswer<float>& answer,

@@ -37,6 +37,7 @@ struct FeatureCorners {
   int count = 0;
   Index places[3] = {kInvalidIndex, kInvalidIndex, kInvalidIndex};
   Vec3<float> start[3], end[3];  ///< m
+  bool is_fixed[3] = {};
 };
 
 /// The plane that stands for a tool near a feature.
@@ -172,7 +173,7 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
 
 /// Considers one capsule of a tool, and keeps the plane with the least gap. A feature is met where
 /// it is within a quarter of the capsule's radius where the substep ends, or if it has gone through
-/// on its way.
+/// on its way; but for one with a fixed corner inside, which no push gets out.
 /// @param side  the normal that it had in the substep before, where the tool keeps it on the same
 ///              side; null if there was none
 PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
@@ -183,6 +184,11 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   const auto& [before, now] = capsule;
   const float radius = now.radius;
   const float reach = (1 + kContactMargin) * radius;
+  for (int k = 0; k < corners.count; ++k) {
+    if (corners.is_fixed[k] && meet_vertex(corners.end[k], now.start, now.end).distance < radius) {
+      return;
+    }
+  }
   const Meeting end = meet_at(corners, 1, capsule);
   bool has_side = known != nullptr;
   Vector side = has_side ? *known : Vector{};
@@ -260,18 +266,44 @@ PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
   met.height = dot(normal, half_space.point);
 }
 
+/// How fast what lay inside of a tool before a substep, as where one is put into tissue, is pushed
+/// out of it. A hand's speed: nothing that was outside is slower than that.
+inline constexpr float kPushSpeed = 0.5F;  // m/s
+
+/// The gap at which a contact pushes no more: none, but for what was further inside than is pushed
+/// out in a substep, and for the share of fixed corners that are inside. No push moves these; for
+/// them, others would have to go the further the nearer to them the contact is.
+/// @param h  s, of the substep
+/// @return   m, <= 0
+PBDSURG_HOST_DEVICE inline float gap_to_reach(const FeatureCorners& corners, const MetFeature& met,
+                                              float h) {
+  Vec3<float> start;
+  float of_fixed = 0;
+  for (int k = 0; k < corners.count; ++k) {
+    start = start + met.weights[k] * corners.start[k];
+    const float gap = dot(met.normal, corners.end[k]) - met.height;
+    if (gap < 0 && corners.is_fixed[k]) {
+      of_fixed += met.weights[k] * gap;
+    }
+  }
+  const float before = dot(met.normal, start - (met.point - met.way));
+  const float of_start = before + kPushSpeed * h;
+  return of_start < of_fixed ? of_start : of_fixed;
+}
+
+/// @param least  m, see gap_to_reach()
 /// @param base   (place) -> m, from where displacements of a vertex count
 /// @param start  (place) -> m, where it would be, as they count, had it not moved
 template <class Base, class Start>
 PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corners,
-                                                     const MetFeature& met, const Base& base,
-                                                     const Start& start) {
+                                                     const MetFeature& met, float least,
+                                                     const Base& base, const Start& start) {
   SurfaceContact contact;
   contact.feature = feature_of(corners);
   contact.normal = met.normal;
   contact.point = met.point;
   contact.drift = met.way;
-  contact.offset = met.height;
+  contact.offset = met.height + least;
   for (int k = 0; k < corners.count; ++k) {
     const Index place = corners.places[k];
     contact.weights[k] = met.weights[k];
@@ -279,6 +311,14 @@ PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corne
     contact.drift = contact.drift + met.weights[k] * start(place);
   }
   return contact;
+}
+
+/// What the next substep has to know; no force of a contact that is left inside, which would grow
+/// without bound where contacts are against each other, as around a tool that is put into tissue.
+PBDSURG_HOST_DEVICE inline RememberedContact remembered(const SurfaceContact& contact,
+                                                        float inverse_dt_squared) {
+  const float scale = contact.is_left_inside ? 0 : inverse_dt_squared;
+  return {contact.feature, contact.normal, scale * contact.multiplier, scale * contact.friction};
 }
 
 /// Vertex blocks go on from the forces of the substep before.

@@ -73,6 +73,7 @@ class FeatureSearch {
       corners.places[k] = places[k];
       corners.start[k] = start_of(places[k]);
       corners.end[k] = vertices_.position(places[k]);
+      corners.is_fixed[k] = !(vertices_.moving[places[k]].w > 0);
     }
     return corners;
   }
@@ -86,8 +87,9 @@ class FeatureSearch {
       ++report_.dropped_contacts;
       return;
     }
+    const float least = gap_to_reach(corners, met, step_.data.part.h);
     SurfaceContact contact = contact_of(
-        corners, met, [&](Index place) { return vertices_.base(place); },
+        corners, met, least, [&](Index place) { return vertices_.base(place); },
         [&](Index place) { return own_start(step_, vertices_, place); });
     if (known != nullptr && moves_vertices(step_.data.options) &&
         !is_explicit(step_.data.options)) {
@@ -192,9 +194,7 @@ void find_surface_contacts(const StepContext& step, ToolState& tool, const NearF
 void remember_contacts(ToolState& tool, float inverse_dt_squared) {
   tool.remembered.clear();
   for (const SurfaceContact& contact : tool.surface_contacts) {
-    tool.remembered.push_back({contact.feature, contact.normal,
-                               inverse_dt_squared * contact.multiplier,
-                               inverse_dt_squared * contact.friction});
+    tool.remembered.push_back(remembered(contact, inverse_dt_squared));
   }
 }
 

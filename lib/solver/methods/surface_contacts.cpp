@@ -143,6 +143,11 @@ void settle_surface_contacts(const StepContext& step) {
       }
     }
   }
+  for (ToolState& tool : step.copy.tools) {
+    for (SurfaceContact& contact : tool.surface_contacts) {
+      contact.is_left_inside = is_left_inside(read_contact(moving_vertices(step), contact, tool));
+    }
+  }
 }
 
 }  // namespace pbdsurg

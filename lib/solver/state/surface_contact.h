@@ -52,11 +52,12 @@ struct SurfaceContact {
   Vec3<float> point;      ///< m, in the scene, of the tool's surface
   /// m: sum(weights * u) of tissue that sticks to the tool
   Vec3<float> drift;
-  float multiplier = 0;   ///< kg m
-  Vec3<float> friction;   ///< kg m, multipliers along the tool's surface
-  float stiffness = 0;    ///< N/m, with which vertex blocks meet it
-  bool is_eased = false;  ///< with the piece that it touches: see ease_pieces()
-  float relief = 0;       ///< 1/s^2, then: see relief_of()
+  float multiplier = 0;         ///< kg m
+  Vec3<float> friction;         ///< kg m, multipliers along the tool's surface
+  float stiffness = 0;          ///< N/m, with which vertex blocks meet it
+  bool is_left_inside = false;  ///< of the tool, by all that moved its corners
+  bool is_eased = false;        ///< with the piece that it touches: see ease_pieces()
+  float relief = 0;             ///< 1/s^2, then: see relief_of()
 };
 
 /// What a substep leaves to the next of a contact.
