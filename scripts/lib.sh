@@ -65,7 +65,9 @@ unpack_packages() {
     [[ $target == /* && ! -e $target && -e $prefix$target ]] && ln -sfn "$prefix$target" "$link"
   done < <(find "$prefix" -type l -print0)
   multiarch=$(gcc -print-multiarch)
-  export CMAKE_PREFIX_PATH="$prefix/usr${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}"
+  # a compiler that is not the system's has no folder of this name, so CMake is told of it
+  export CMAKE_PREFIX_PATH="$prefix/usr:$prefix/usr/lib/$multiarch/cmake${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}"
+  export CMAKE_LIBRARY_PATH="$prefix/usr/lib/$multiarch${CMAKE_LIBRARY_PATH:+:$CMAKE_LIBRARY_PATH}"
   export PATH="$prefix/usr/bin:$PATH"
   export LIBRARY_PATH="$prefix/usr/lib/$multiarch${LIBRARY_PATH:+:$LIBRARY_PATH}"
   export PKG_CONFIG_PATH="$prefix/usr/lib/$multiarch/pkgconfig:$prefix/usr/share/pkgconfig"
