@@ -267,8 +267,9 @@ PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
 }
 
 /// How fast what lay inside of a tool before a substep, as where one is put into tissue, is pushed
-/// out of it. A hand's speed: nothing that was outside is slower than that.
+/// out of it; and for each m/s that the tool moves, so that no fast one gains on it.
 inline constexpr float kPushSpeed = 0.5F;  // m/s
+inline constexpr float kPushRatio = 3;
 
 /// The gap at which a contact pushes no more: none, but for what was further inside than is pushed
 /// out in a substep, and for the share of fixed corners that are inside. No push moves these; for
@@ -287,7 +288,7 @@ PBDSURG_HOST_DEVICE inline float gap_to_reach(const FeatureCorners& corners, con
     }
   }
   const float before = dot(met.normal, start - (met.point - met.way));
-  const float of_start = before + kPushSpeed * h;
+  const float of_start = before + kPushSpeed * h + kPushRatio * feature_meeting::length(met.way);
   return of_start < of_fixed ? of_start : of_fixed;
 }
 
