@@ -326,7 +326,7 @@ __global__ void __launch_bounds__(kListThreads)
   }
   const Index capacity =
       input->contact_capacity < surfaces.tool_room ? input->contact_capacity : surfaces.tool_room;
-  const float h = input->h, inverse_dt_squared = input->substep.inverse_dt_squared;
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
   Index end = 0, dropped = 0;
   for (Index m = 0; m < surfaces.meeter_room; ++m) {
     if (thread == 0) {
@@ -356,7 +356,7 @@ __global__ void __launch_bounds__(kListThreads)
       };
       DeviceContact& found = surfaces.found[i];
       found.contact = contact_of(
-          candidate.corners, met, gap_to_reach(candidate.corners, met, h),
+          candidate.corners, met, gap_to_reach(candidate.corners, met),
           [&](Index place) { return base_of(state, place); }, start_of);
       if (remembers && known != nullptr) {
         recall(*known, inverse_dt_squared, found.contact);

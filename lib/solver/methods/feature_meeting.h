@@ -266,30 +266,20 @@ PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
   met.height = dot(normal, half_space.point);
 }
 
-/// How fast what lay inside of a tool before a substep, as where one is put into tissue, is pushed
-/// out of it; and for each m/s that the tool moves, so that no fast one gains on it.
-inline constexpr float kPushSpeed = 0.5F;  // m/s
-inline constexpr float kPushRatio = 3;
-
-/// The gap at which a contact pushes no more: none, but for what was further inside than is pushed
-/// out in a substep, and for the share of fixed corners that are inside. No push moves these; for
-/// them, others would have to go the further the nearer to them the contact is.
-/// @param h  s, of the substep
-/// @return   m, <= 0
-PBDSURG_HOST_DEVICE inline float gap_to_reach(const FeatureCorners& corners, const MetFeature& met,
-                                              float h) {
-  Vec3<float> start;
-  float of_fixed = 0;
+/// The gap at which a contact pushes no more: none, but for the share of fixed corners that are
+/// inside. No push moves these; for them, others would have to go the further the nearer to them
+/// the contact is.
+/// @return  m, <= 0
+PBDSURG_HOST_DEVICE inline float gap_to_reach(const FeatureCorners& corners,
+                                              const MetFeature& met) {
+  float gap_of_fixed = 0;
   for (int k = 0; k < corners.count; ++k) {
-    start = start + met.weights[k] * corners.start[k];
     const float gap = dot(met.normal, corners.end[k]) - met.height;
     if (gap < 0 && corners.is_fixed[k]) {
-      of_fixed += met.weights[k] * gap;
+      gap_of_fixed += met.weights[k] * gap;
     }
   }
-  const float before = dot(met.normal, start - (met.point - met.way));
-  const float of_start = before + kPushSpeed * h + kPushRatio * feature_meeting::length(met.way);
-  return of_start < of_fixed ? of_start : of_fixed;
+  return gap_of_fixed;
 }
 
 /// @param least  m, see gap_to_reach()

@@ -87,7 +87,7 @@ class FeatureSearch {
       ++report_.dropped_contacts;
       return;
     }
-    const float least = gap_to_reach(corners, met, step_.data.part.h);
+    const float least = gap_to_reach(corners, met);
     SurfaceContact contact = contact_of(
         corners, met, least, [&](Index place) { return vertices_.base(place); },
         [&](Index place) { return own_start(step_, vertices_, place); });
