@@ -356,8 +356,7 @@ __global__ void __launch_bounds__(kListThreads)
       };
       DeviceContact& found = surfaces.found[i];
       found.contact = contact_of(
-          candidate.corners, met, gap_to_reach(candidate.corners, met),
-          [&](Index place) { return base_of(state, place); }, start_of);
+          candidate.corners, met, [&](Index place) { return base_of(state, place); }, start_of);
       if (remembers && known != nullptr) {
         recall(*known, inverse_dt_squared, found.contact);
       }

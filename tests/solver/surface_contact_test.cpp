@@ -315,10 +315,10 @@ TEST_CASE("surface contact: a tool that appears in tissue beside what is fixed t
   const Capsule shaft{{0, 0, 0}, {5 * kEdge, 0, 0}, kRadius};
   solver.add_tool({&shaft, 1}, at({0, 1.5F * kEdge, kTop + kRadius - inside}), kAll);
 
-  constexpr float kHalfStep = 2e-3F;
+  constexpr float kShortStep = 2e-3F;
   float fastest = 0;
   for (int i = 0; i < 200; ++i) {
-    const StepReport report = solver.step(kHalfStep);
+    const StepReport report = solver.step(kShortStep);
     if (i < 100) {
       continue;  // it is pushed out at once, and swings
     }

@@ -282,19 +282,18 @@ PBDSURG_HOST_DEVICE inline float gap_to_reach(const FeatureCorners& corners,
   return gap_of_fixed;
 }
 
-/// @param least  m, see gap_to_reach()
 /// @param base   (place) -> m, from where displacements of a vertex count
 /// @param start  (place) -> m, where it would be, as they count, had it not moved
 template <class Base, class Start>
 PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corners,
-                                                     const MetFeature& met, float least,
-                                                     const Base& base, const Start& start) {
+                                                     const MetFeature& met, const Base& base,
+                                                     const Start& start) {
   SurfaceContact contact;
   contact.feature = feature_of(corners);
   contact.normal = met.normal;
   contact.point = met.point;
   contact.drift = met.way;
-  contact.offset = met.height + least;
+  contact.offset = met.height + gap_to_reach(corners, met);
   for (int k = 0; k < corners.count; ++k) {
     const Index place = corners.places[k];
     contact.weights[k] = met.weights[k];

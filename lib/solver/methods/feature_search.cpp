@@ -87,9 +87,8 @@ class FeatureSearch {
       ++report_.dropped_contacts;
       return;
     }
-    const float least = gap_to_reach(corners, met);
     SurfaceContact contact = contact_of(
-        corners, met, least, [&](Index place) { return vertices_.base(place); },
+        corners, met, [&](Index place) { return vertices_.base(place); },
         [&](Index place) { return own_start(step_, vertices_, place); });
     if (known != nullptr && moves_vertices(step_.data.options) &&
         !is_explicit(step_.data.options)) {
