@@ -161,6 +161,37 @@ SheetOutcome bend_plate(const SolverOptions& options) {
           1e3 * load * std::pow(length, 4) / (8 * rigidity)};
 }
 
+// The free end of a quarter of a tube that is clamped at the other: pulled towards the axis.
+SheetOutcome bend_tube(const SolverOptions& options) {
+  constexpr std::array<Index, 2> kCells{16, 32};
+  constexpr double kEdge = 2e-3;
+  const double kColumn = std::numbers::sqrt3 / 2 * kEdge;  // m, from one to the next
+  const double radius = kCells[0] * kColumn / (std::numbers::pi / 2);
+  const SheetMaterial material{.thickness = 5e-4F, .youngs_modulus = 300e3F, .poissons_ratio = 0};
+  SheetMesh mesh = testing::make_plate(kCells, kEdge);
+  for (Eigen::Vector3d& x : mesh.positions) {
+    const double angle = x.x() / radius;
+    x = {radius * std::sin(angle), x.y(), radius * (1 - std::cos(angle))};
+  }
+  Scene scene = make_scene(mesh, material);
+  const double clamp = 1.5 * kColumn / radius;
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < radius * std::sin(clamp); });
+  const double force = 2e-4;  // N/m
+  Load load;
+  for (Index j = 0; j <= kCells[1]; ++j) {
+    const double width = j == 0 || j == kCells[1] ? kEdge / 2 : kEdge;
+    load.emplace_back(kCells[0] + (kCells[0] + 1) * j,
+                      Eigen::Vector3f(static_cast<float>(-force * width), 0, 0));
+  }
+  const auto positions = settle(scene, options, load);
+  const Index middle = kCells[0] + (kCells[0] + 1) * (kCells[1] / 2);
+  // the hinges at the clamp turn for half a cell on either side
+  const double angle = (kCells[0] - 0.5) * kColumn / radius;
+  const double rigidity = flexural_rigidity(material.youngs_modulus, material.thickness, 0);
+  return {1e3 * (scene.positions()[middle].x() - positions[middle].x()),
+          1e3 * force * std::pow(radius, 3) / rigidity * (angle / 2 - std::sin(2 * angle) / 4)};
+}
+
 constexpr double kRadius = 30e-3;  // m
 constexpr Index kRings = 14;
 
@@ -268,6 +299,8 @@ const std::vector<SheetCase>& sheet_cases() {
       {"square pulled alike on all sides by 1 %", "%", "E t strain / (1 - nu)", pull_square},
       {"strip hanging under its weight", "mm", "rho g L^2 / (2 E)", hang_strip},
       {"plate bending under its weight", "mm", "q L^4 / (8 D)", bend_plate},
+      {"quarter of a tube under a load at its end", "mm",
+       "Castigliano: F R^3 / D (a / 2 - sin(2 a) / 4)", bend_tube},
       {"clamped disc under a load", "mm",
        "Hencky 1915, as in Fichter 1997, NASA TP-3658: 0.6536 a (p a / (E t))^(1/3)", blow_disc},
       {"stretched disc under a small load", "mm", "p a^2 / (4 T)", press_drum},

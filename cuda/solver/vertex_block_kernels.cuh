@@ -44,6 +44,7 @@ template <bool kRare>
 __device__ VertexBlock load_ranges(const VertexBlock* block) {
   constexpr std::size_t kFirst = offsetof(VertexBlock, lane_count);
   static_assert(kFirst % sizeof(int4) == 0 && offsetof(VertexBlock, is_damped) == kFirst + 4 &&
+                offsetof(VertexBlock, has_angles) == kFirst + 5 &&
                 offsetof(VertexBlock, pulls) == kFirst + 8 &&
                 offsetof(VertexBlock, springs) == kFirst + 16 &&
                 offsetof(VertexBlock, volumes) == kFirst + 24 &&
@@ -56,6 +57,7 @@ __device__ VertexBlock load_ranges(const VertexBlock* block) {
   VertexBlock result{};
   result.lane_count = head.x;
   result.is_damped = (head.y & 0xff) != 0;
+  result.has_angles = (head.y & 0xff00) != 0;
   result.pulls = {head.z, head.w};
   result.springs = {tail.x, tail.y};
   result.volumes = {tail.z, tail.w};

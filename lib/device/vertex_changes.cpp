@@ -113,6 +113,7 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
                              offsetof(HingeRow, neighbors) + k * sizeof(row.neighbors[k]),
                              row.neighbors[k]);
     }
+    writer.write<HingeRow>(kArray, i, offsetof(HingeRow, moment), row.moment);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, stiffness), row.stiffness);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, rest), row.rest);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, is_opposite), row.is_opposite);
@@ -158,7 +159,9 @@ void follow_block(const VertexBlocks& blocks, Index block, std::vector<WordChang
   std::array<std::uint32_t, kWords> values{};
   std::memcpy(values.data(), &from, sizeof values);
   constexpr std::size_t kIsDamped = offsetof(VertexBlock, is_damped) / sizeof(std::uint32_t);
-  values[kIsDamped] = from.is_damped ? 1 : 0;  // its other bytes are any
+  static_assert(offsetof(VertexBlock, has_angles) == offsetof(VertexBlock, is_damped) + 1);
+  values[kIsDamped] = (from.is_damped ? 1U : 0U) |  // the word's other bytes are any
+                      (from.has_angles ? 0x100U : 0U);
   const std::uint32_t first = word_of<VertexBlock>(block, 0);
   for (std::uint32_t w = 0; w < kWords; ++w) {
     words.push_back({DeviceArray::vertex_blocks, first + w, values[w]});

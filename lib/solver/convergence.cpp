@@ -131,6 +131,23 @@ void add_triangle(const VertexTriangle& triangle, Ending& ending) {
 }
 
 void add_hinge(const VertexHinge& hinge, Ending& ending) {
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const Index a = hinge.vertices[kTetEdges[e][0]], b = hinge.vertices[kTetEdges[e][1]];
+    ending.add_pull(a, b, hinge.weights[e] * ending.length(a, b));
+  }
+  const Vector e = ending.end[hinge.vertices[1]] - ending.end[hinge.vertices[0]];
+  const Vector left = ending.end[hinge.vertices[2]] - ending.end[hinge.vertices[0]];
+  const Vector right = ending.end[hinge.vertices[3]] - ending.end[hinge.vertices[0]];
+  const Vector gradients[4] = {{}, cross(left, right), cross(right, e), cross(e, left)};
+  for (std::size_t k = 1; k < 4; ++k) {
+    const Vector force = double{-hinge.moment} * gradients[k];
+    Vector &own = ending.forces[hinge.vertices[k]], &first = ending.forces[hinge.vertices[0]];
+    own = own + force;
+    first = first - force;
+  }
+  if (!hinge.has_angle()) {
+    return;
+  }
   const auto turn_in = [&](const std::vector<Vector>& x) {
     const Vector corners[4] = {x[hinge.vertices[0]], x[hinge.vertices[1]], x[hinge.vertices[2]],
                                x[hinge.vertices[3]]};
@@ -165,9 +182,7 @@ void add_vertex_blocks(const SolverData& data, Ending& ending) {
     }
   }
   for (const VertexHinge& hinge : data.vertex_blocks.hinges()) {
-    if (hinge.stiffness > 0) {
-      add_hinge(hinge, ending);
-    }
+    add_hinge(hinge, ending);
   }
 }
 

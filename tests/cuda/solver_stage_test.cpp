@@ -328,6 +328,8 @@ std::string row_difference(Device& device, const VertexBlocks& blocks) {
                          &VolumeRow::stiffness),
           row_difference("target", volumes, host.volumes, block.volumes, block.lane_count,
                          &VolumeRow::target),
+          row_difference("hinge moment", hinges, host.hinges, block.hinges, block.lane_count,
+                         &HingeRow::moment),
           row_difference("hinge stiffness", hinges, host.hinges, block.hinges, block.lane_count,
                          &HingeRow::stiffness),
           row_difference("hinge rest", hinges, host.hinges, block.hinges, block.lane_count,

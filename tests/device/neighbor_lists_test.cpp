@@ -55,7 +55,7 @@ TEST_CASE("neighbor lists: all that rows name, with what each has done before") 
   join(fibres);
   const std::vector<VertexSpring> springs{{{1, vertex_count - 2}, 1, 1, 0}, {{2, 3}, 0, 0, 0}};
   join(springs[0].vertices);
-  const VertexHinge hinge{{4, 5, 20, 41}, 1, 0, 0};
+  const VertexHinge hinge{.vertices = {4, 5, 20, 41}, .stiffness = 1};
   join(hinge.vertices);
   const std::vector<VertexTriangle> triangles{{.vertices = {6, 50, 71}, .stiffness = 1},
                                               {.vertices = {8, 52, 73}}};  // gone

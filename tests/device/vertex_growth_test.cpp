@@ -63,7 +63,7 @@ class DeviceRows {
     for (std::size_t b = 0; b < host.blocks.size(); ++b) {  // whose other bytes are any
       constexpr std::size_t kIsDamped = offsetof(VertexBlock, is_damped);
       array(DeviceArray::vertex_blocks)[(b * sizeof(VertexBlock) + kIsDamped) / 4] =
-          host.blocks[b].is_damped ? 1 : 0;
+          (host.blocks[b].is_damped ? 1U : 0U) | (host.blocks[b].has_angles ? 0x100U : 0U);
     }
     array(DeviceArray::pull_rows) = words_of(host.pulls);
     array(DeviceArray::spring_rows) = words_of(host.springs);

@@ -69,9 +69,10 @@ void spoil(SolverData& data) {
 // All of two blocks but how many rows they have; of idle lanes nothing.
 bool same_frame(const VertexBlock& a, const VertexBlock& b) {
   return a.lane_count == b.lane_count && a.is_damped == b.is_damped &&
-         a.pulls.first == b.pulls.first && a.springs.first == b.springs.first &&
-         a.volumes.first == b.volumes.first && a.hinges.first == b.hinges.first &&
-         a.triangles.first == b.triangles.first && a.fibres.first == b.fibres.first &&
+         a.has_angles == b.has_angles && a.pulls.first == b.pulls.first &&
+         a.springs.first == b.springs.first && a.volumes.first == b.volumes.first &&
+         a.hinges.first == b.hinges.first && a.triangles.first == b.triangles.first &&
+         a.fibres.first == b.fibres.first &&
          std::equal(a.corners, a.corners + a.lane_count, b.corners);
 }
 

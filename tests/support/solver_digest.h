@@ -93,6 +93,7 @@ inline void mix_vertices(Digest& digest, const VertexBlocks& vertices) {
           digest.mix(corners[lane]);
         }
         digest.mix(rows.hinges[i].is_opposite[lane]);
+        digest.mix(rows.hinges[i].moment[lane]);
         if (rows.damped_hinges.empty()) {
           digest.mix(rows.hinges[i].stiffness[lane]);
           digest.mix(rows.hinges[i].rest[lane]);

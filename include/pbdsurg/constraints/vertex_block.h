@@ -10,6 +10,8 @@
 ///        o---x---o              + sum k/2 (l - rest)^2     springs; limits of stretch, if longer
 ///          \ | /                + sum s/2 (V - target)^2   volumes
 ///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
+///                               + sum w/2 |x_j - x|^2      those of thin sheets (SheetHinge)
+///                               + sum m 6 V
 ///                               + sum w/2 |x_j - x|^2      triangles of sheets, likewise
 ///                               + sum a/2 (A - target)^2
 ///                               + sum s/2 max(0, |F a| - 1)^2   fibres (constraints/fibre.h)
@@ -192,6 +194,11 @@ struct VertexForce {
                                 select(is_opposite, opposite.z, on_edge.z)};
     force = force - (stiffness * turn.value) * gradient;
   }
+  /// As VertexEnergy::add_moment().
+  PBDSURG_HOST_DEVICE void add_moment(Scalar moment, const Vec3<Scalar>& a, const Vec3<Scalar>& b,
+                                      const Vec3<Scalar>& c) {
+    force = force + moment * cross(b - a, c - a);
+  }
   /// As VertexEnergy::add_triangle().
   PBDSURG_HOST_DEVICE void add_triangle(Scalar weight_a, Scalar weight_b, Scalar stiffness,
                                         Scalar target, const Vec3<Scalar>& a,
@@ -298,6 +305,14 @@ struct VertexEnergy {
     force = force - moment * gradient;
     isotropic = isotropic + select(moment < Scalar(0), -moment, moment) * curvature;
     add_square(stiffness, gradient);
+  }
+
+  /// What the hinge of a thin sheet that is bent at rest adds to pulls: linear in one vertex.
+  /// @param moment  N/m^2, of SheetHinge; its sign that of the order of the others
+  /// @param a       m, with b and c: the others
+  PBDSURG_HOST_DEVICE void add_moment(Scalar moment, const Vec3<Scalar>& a, const Vec3<Scalar>& b,
+                                      const Vec3<Scalar>& c) {
+    force = force + moment * cross(b - a, c - a);
   }
 
   /// A triangle of a sheet. The curvature of its energy across its plane counts by its magnitude.

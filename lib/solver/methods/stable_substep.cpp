@@ -19,6 +19,10 @@
 namespace pbdsurg {
 namespace {
 
+// (b - a) x (c - a) of these is how six times the volume of a hinge changes with each vertex.
+constexpr std::array<std::array<std::size_t, 3>, 4> kOpposite{
+    {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
+
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -147,6 +151,17 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
     }
     return blocks_[index];
   };
+  const auto add_pulls = [&](const auto& corners, const std::array<float, 6>& weights,
+                             std::size_t corner) {
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      const std::size_t a = kTetEdges[e][0], b = kTetEdges[e][1];
+      if (a == corner || b == corner) {
+        const Eigen::Matrix3d pull = double{weights[e]} * Eigen::Matrix3d::Identity();
+        own += pull;
+        block_with(corners[a + b - corner]) -= pull;
+      }
+    }
+  };
   for (const Index t : vertices.tets_at(place)) {
     const VertexTet& tet = vertices.tet(t);
     std::array<Eigen::Vector3d, 4> x, gradients;
@@ -170,14 +185,7 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
           double{tet.stiffness} * gradients[corner] * gradients[face[i]].transpose() +
           pressure / -6 * skew(across);
     }
-    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
-      const std::size_t a = kTetEdges[e][0], b = kTetEdges[e][1];
-      if (a == corner || b == corner) {
-        const Eigen::Matrix3d pull = double{tet.weights[e]} * Eigen::Matrix3d::Identity();
-        own += pull;
-        block_with(tet.vertices[a + b - corner]) -= pull;
-      }
-    }
+    add_pulls(tet.vertices, tet.weights, corner);
   }
   double fibres = 0;  // 1/s^2: as much in all directions, for wherever tissue turns them
   for (const Index t : vertices.tets_at(place)) {
@@ -203,6 +211,15 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
   }
   for (const Index h : vertices.hinges_at(place)) {
     const VertexHinge& hinge = vertices.hinges()[h];
+    const auto corner =
+        static_cast<std::size_t>(std::ranges::find(hinge.vertices, place) - hinge.vertices.begin());
+    add_pulls(hinge.vertices, hinge.weights, corner);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& opposite = kOpposite[corner];
+      const Eigen::Vector3d across = rest_[hinge.vertices[opposite[(i + 2) % 3]]] -
+                                     rest_[hinge.vertices[opposite[(i + 1) % 3]]];
+      block_with(hinge.vertices[opposite[i]]) += double{hinge.moment} * skew(across);
+    }
     if (!(hinge.stiffness > 0)) {
       continue;
     }
@@ -216,8 +233,6 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
       const Vec3<double>& g = turn.gradient[k];
       return Eigen::Vector3d(g.x, g.y, g.z);
     };
-    const auto corner =
-        static_cast<std::size_t>(std::ranges::find(hinge.vertices, place) - hinge.vertices.begin());
     const Eigen::Vector3d force = double{hinge.stiffness} * gradient(corner);
     own += force * gradient(corner).transpose();
     for (std::size_t k = 0; k < 4; ++k) {

@@ -169,7 +169,7 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
 void VertexBlocks::append_block(Index color, std::span<const Index> vertices) {
   VertexBlock block;
   block.lane_count = static_cast<Index>(vertices.size());
-  block.is_damped = false;
+  block.is_damped = block.has_angles = false;
   Rows most;
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
     const Index v = vertices[std::min(lane, block.lane_count - 1)];
@@ -190,7 +190,7 @@ void VertexBlocks::append_block(Index color, std::span<const Index> vertices) {
   for (const Index v : vertices) {
     find_neighborhood(v);
     write_rows(v);
-    blocks_.back().is_damped |= is_neighborhood_damped();
+    note_flags(blocks_.back());
   }
 }
 
@@ -200,6 +200,16 @@ bool VertexBlocks::is_neighborhood_damped() const noexcept {
          std::ranges::any_of(neighborhood_.volumes, is_damped) ||
          std::ranges::any_of(neighborhood_.hinges, is_damped) ||
          std::ranges::any_of(neighborhood_.triangles, is_damped);
+}
+
+// @return  whether that changes the block
+bool VertexBlocks::note_flags(VertexBlock& block) const noexcept {
+  const VertexBlock before = block;
+  block.is_damped |= is_neighborhood_damped();
+  block.has_angles |= std::ranges::any_of(neighborhood_.hinges, [](const Bend& hinge) {
+    return hinge.stiffness > 0 || hinge.damping > 0;
+  });
+  return block.is_damped != before.is_damped || block.has_angles != before.has_angles;
 }
 
 VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
@@ -327,22 +337,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
     }
   }
   find_triangles(vertex);
-  for (const Index h : hinges_at(vertex)) {
-    const VertexHinge& hinge = given_hinges_[h];
-    if (!(hinge.stiffness > 0)) {
-      continue;
-    }
-    std::array<Index, 4> v = hinge.vertices;
-    if (vertex == v[1] || vertex == v[3]) {  // by half a turn
-      v = {v[1], v[0], v[3], v[2]};
-    }
-    const bool is_opposite = vertex == v[2];
-    hinges.push_back({{v[1], is_opposite ? v[0] : v[2], v[3]},
-                      is_opposite,
-                      hinge.stiffness,
-                      hinge.rest,
-                      hinge.damping});
-  }
+  find_hinges(vertex);
   find_strip();
   needs_[vertex] = {static_cast<Index>(pulls.size()),          static_cast<Index>(springs.size()),
                     static_cast<Index>(volumes.size()),        static_cast<Index>(hinges.size()),
@@ -439,23 +434,7 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.damping[lane] = entry_here.damping;
     }
   }
-  for (Index i = 0; i < room.hinges; ++i) {
-    const Bend hinge =
-        entry(neighborhood_.hinges, i, Bend{{vertex, vertex, vertex}, false, 0, 0, 0});
-    HingeRow& row = hinges_[block.hinges.first + i];
-    for (int k = 0; k < 3; ++k) {
-      row.neighbors[k][lane] = offset_of(hinge.neighbors[k]);
-    }
-    row.stiffness[lane] = hinge.stiffness;
-    row.rest[lane] = hinge.rest;
-    row.is_opposite[lane] = hinge.is_opposite ? 1.0F : 0.0F;
-    if (has_damping_) {
-      DampedRow& damped = damped_hinges_[block.hinges.first + i];
-      damped.stiffness[lane] = hinge.stiffness;
-      damped.target[lane] = hinge.rest;
-      damped.damping[lane] = hinge.damping;
-    }
-  }
+  write_hinges(block, lane, room.hinges);
   write_triangles(block, lane, room.triangles);
   for (Index i = 0; i < room.fibres; ++i) {
     const Fibres fibres =
@@ -630,8 +609,7 @@ void VertexBlocks::refresh() {
     const bool has_place = places_[v].block != kInvalidIndex;
     if (has_place && rooms_[places_[v].block].counts.has_room_for(needs_[v])) {
       VertexBlock& block = blocks_[places_[v].block];
-      if (!block.is_damped && is_neighborhood_damped()) {
-        block.is_damped = true;
+      if (note_flags(block)) {
         changed_blocks_.push_back(places_[v].block);
       }
       write_rows(v);

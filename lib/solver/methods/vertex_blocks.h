@@ -60,9 +60,13 @@ struct VertexTriangle {
 /// What a hinge adds.
 struct VertexHinge {
   std::array<Index, 4> vertices{};
-  float stiffness = 0;  ///< N m, >= 0
-  float rest = 0;       ///< BendingConstraint::kRest
-  float damping = 0;    ///< N m s, >= 0
+  std::array<float, 6> weights{};  ///< N/m, SheetHinge::weights; zero for none
+  float moment = 0;                ///< N/m^2, SheetHinge::moment
+  float stiffness = 0;             ///< N m, >= 0, of the angle; zero for none
+  float rest = 0;                  ///< BendingConstraint::kRest
+  float damping = 0;               ///< N m s, >= 0, of the angle
+
+  [[nodiscard]] bool has_angle() const noexcept { return stiffness > 0 || damping > 0; }
 };
 
 /// Free vertices in colours: no tetrahedron, triangle, spring or hinge that acts joins two of one
@@ -267,7 +271,7 @@ class VertexBlocks {
   struct Bend {
     std::array<Index, 3> neighbors;  // as in HingeRow
     bool is_opposite;
-    float stiffness, rest, damping;
+    float moment, stiffness, rest, damping;
   };
   struct Area {
     std::array<Index, 2> neighbors;
@@ -316,6 +320,7 @@ class VertexBlocks {
                                         const ColoringOptions& options) const;
   void append_block(Index color, std::span<const Index> vertices);
   [[nodiscard]] bool is_neighborhood_damped() const noexcept;
+  bool note_flags(VertexBlock& block) const noexcept;
   [[nodiscard]] Room make_room(const Rows& counts);
   static void occupy(VertexBlock& block, const Room& room) noexcept;
   void touch(std::span<const Index> vertices);
@@ -333,10 +338,12 @@ class VertexBlocks {
   void find_strip();
   void count_rows(VertexBlock& block) noexcept;
 
-  // vertex_triangle_rows.cpp
+  // vertex_sheet_rows.cpp
   void find_triangles(Index vertex);
   void add_dashpot(Index neighbor, float damping);
   void write_triangles(const VertexBlock& block, Index lane, Index count) noexcept;
+  void find_hinges(Index vertex);
+  void write_hinges(const VertexBlock& block, Index lane, Index count) noexcept;
 
   // vertex_growth.cpp
   [[nodiscard]] bool is_fresh(Index vertex) const noexcept;

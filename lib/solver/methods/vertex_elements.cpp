@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/tissue/tissue_change.h"
 
@@ -25,6 +26,27 @@ constexpr double kEdgeDampingShare = 2.5;
 // Likewise c = this share of mu t A0 / l^2 along the edges of equilateral triangles, of a sheet as
 // thick as t.
 constexpr double kSheetDampingShare = 8.0 / 3;
+
+// A sheet is thin where its hinges are less stiff than this share of its stretch. A homogeneous one
+// is, where it is no thicker than a third of its edges.
+constexpr float kThin = 0.1F;
+
+// N m, mu t A of the triangle of a hinge that has the least; zero if one is of no sheet.
+float stretch_stiffness(const SolverData& data, const Tissue& tissue,
+                        const std::array<Index, 4>& hinge) {
+  const auto& membranes = data.sets.of<MembraneConstraint>();
+  std::array<float, 2> found{};
+  for (const Index t : tissue.triangles_at(hinge[0])) {
+    const Triangle& corners = tissue.triangles()[t];
+    const auto has = [&](Index v) { return std::ranges::find(corners, v) != corners.end(); };
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (has(hinge[1]) && has(hinge[2 + side]) && membranes.is_alive(t)) {
+        found[side] = membranes.record(t).parameters[MembraneConstraint::kStiffness];
+      }
+    }
+  }
+  return std::min(found[0], found[1]);
+}
 
 struct Moduli {
   double mu, lambda;  // Pa, as NeoHookeanTerms takes them
@@ -238,14 +260,29 @@ VertexTriangle vertex_triangle(const SolverData& data, const Tissue& tissue, Ind
 }
 
 VertexHinge vertex_hinge(const SolverData& data, const Tissue& tissue, Index id) {
-  VertexHinge hinge{.vertices = data.places_of(tissue.hinges()[id].vertices)};
+  const auto& corners = tissue.hinges()[id].vertices;
+  VertexHinge hinge{.vertices = data.places_of(corners)};
   const auto& bendings = data.sets.of<BendingConstraint>();
-  if (bendings.is_alive(id)) {
-    const auto& numbers = bendings.record(id).parameters;
-    hinge.stiffness = 1 / numbers[BendingConstraint::kStiffness];
-    hinge.rest = numbers[BendingConstraint::kRest];
-    hinge.damping = numbers[BendingConstraint::kDamping] * hinge.stiffness;
+  if (!bendings.is_alive(id)) {
+    return hinge;
   }
+  const auto& numbers = bendings.record(id).parameters;
+  const float stiffness = 1 / numbers[BendingConstraint::kStiffness];
+  hinge.rest = numbers[BendingConstraint::kRest];
+  hinge.damping = numbers[BendingConstraint::kDamping] * stiffness;
+  if (stiffness > kThin * stretch_stiffness(data, tissue, corners)) {
+    hinge.stiffness = stiffness;
+    return hinge;
+  }
+  Vec3<double> x[4];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector3d& corner = tissue.rest_positions()[corners[k]];
+    x[k] = {corner.x(), corner.y(), corner.z()};
+  }
+  const SheetHinge terms = SheetHinge::at_rest(x, double{stiffness});
+  std::ranges::transform(terms.weights, hinge.weights.begin(),
+                         [](double weight) { return static_cast<float>(weight); });
+  hinge.moment = static_cast<float>(terms.moment);
   return hinge;
 }
 

@@ -41,7 +41,8 @@ bool has_terms(const VertexTriangle& triangle) {
 }
 
 bool has_terms(const VertexHinge& hinge) {
-  return hinge.stiffness > 0;
+  return hinge.has_angle() ||
+         std::ranges::any_of(hinge.weights, [](float weight) { return weight != 0; });
 }
 
 // Of rows from `first` on: each is a number of a lane after that of the lane before, kind by kind.
@@ -267,7 +268,7 @@ void VertexBlocks::take_lane(Index vertex) {
   if (++block.lane_count == kBlockLanes) {
     std::erase(open_[color], index);
   }
-  block.is_damped |= is_neighborhood_damped();
+  note_flags(block);
   write_rows(vertex);
   count_rows(block);
 }

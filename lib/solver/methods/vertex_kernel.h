@@ -38,6 +38,21 @@ struct RowHinge {
   }
 };
 
+/// Adds the hinge of a row.
+/// @param has_angle  whether it may have a stiffness of its angle
+/// @param a          m, with b and c: its neighbours, from the vertex
+template <class Access, class Scalar, class Energy>
+PBDSURG_DEVICE inline void add_hinge(const HingeRow& row, bool has_angle, const Access& access,
+                                     const Vec3<Scalar>& a, const Vec3<Scalar>& b,
+                                     const Vec3<Scalar>& c, Energy& energy) {
+  energy.add_moment(access.load(row.moment), a, b, c);
+  if (has_angle) {
+    const auto is_opposite = access.load(row.is_opposite) > Scalar(0);
+    energy.add_hinge(access.load(row.stiffness), access.load(row.rest),
+                     RowHinge<Scalar>({}, a, b, c, is_opposite).x, is_opposite);
+  }
+}
+
 /// Which rows of each kind: every `stride`-th from `first` on.
 struct RowPart {
   Index first = 0;
@@ -90,12 +105,9 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
   if constexpr (Energy::kHasMore) {
     const HingeRow* const hinges = rows.hinges + block.hinges.first;
     for (Index i = part.first; i < block.hinges.count; i += part.stride) {
-      const auto is_opposite = access.load(hinges[i].is_opposite) > Scalar(0);
-      const RowHinge<Scalar> hinge({}, access.position(hinges[i].neighbors[0]),
-                                   access.position(hinges[i].neighbors[1]),
-                                   access.position(hinges[i].neighbors[2]), is_opposite);
-      energy.add_hinge(access.load(hinges[i].stiffness), access.load(hinges[i].rest), hinge.x,
-                       is_opposite);
+      add_hinge(hinges[i], block.has_angles, access, access.position(hinges[i].neighbors[0]),
+                access.position(hinges[i].neighbors[1]), access.position(hinges[i].neighbors[2]),
+                energy);
     }
     const TriangleRow* const triangles = rows.triangles + block.triangles.first;
     for (Index i = part.first; i < block.triangles.count; i += part.stride) {

@@ -56,11 +56,8 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
     const Vec3<float> a = access.position(hinges[i].neighbors[0]);
     const Vec3<float> b = access.position(hinges[i].neighbors[1]);
     const Vec3<float> c = access.position(hinges[i].neighbors[2]);
-    const float rest = access.load(hinges[i].rest);
     if (is_finite_way(a) && is_finite_way(b) && is_finite_way(c)) {
-      const bool is_opposite = access.load(hinges[i].is_opposite) > 0;
-      energy.add_hinge(access.load(hinges[i].stiffness), rest,
-                       RowHinge<float>({}, a, b, c, is_opposite).x, is_opposite);
+      add_hinge(hinges[i], block.has_angles, access, a, b, c, energy);
     }
   }
   const TriangleRow* const triangles = rows.triangles + block.triangles.first;

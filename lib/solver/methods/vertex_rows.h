@@ -38,9 +38,11 @@ struct alignas(64) VolumeRow {
 };
 
 /// A hinge, turned so that the vertex is the first or, opposite the edge, the third of it. Of the
-/// others, the second, the third or else the first, and the fourth.
+/// others, the second, the third or else the first, and the fourth. One of a thin sheet that is
+/// neither bent at rest nor damped has pulls in place of a row.
 struct alignas(64) HingeRow {
   ParticleOffset neighbors[3][kBlockLanes];
+  float moment[kBlockLanes];       ///< N/m^2, as VertexEnergy::add_moment() takes it
   float stiffness[kBlockLanes];    ///< N m
   float rest[kBlockLanes];         ///< BendingConstraint::kRest
   float is_opposite[kBlockLanes];  ///< 1 or 0
@@ -89,7 +91,8 @@ struct RowRange {
 struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;
-  bool is_damped;  ///< whether some row is
+  bool is_damped;   ///< whether some row is
+  bool has_angles;  ///< whether some hinge has a stiffness or damping of its angle
   RowRange pulls, springs, volumes, hinges, triangles, fibres;
   RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
 };

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the triangles of sheets lie in the rows of their vertices.
+// How triangles of sheets, and hinges, lie in the rows of their vertices.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
+
+#include "pbdsurg/mesh/topology.h"
 
 #include "lib/solver/methods/vertex_blocks.h"
 
@@ -59,6 +62,56 @@ void VertexBlocks::write_triangles(const VertexBlock& block, Index lane, Index c
       damped.stiffness[lane] = area.stiffness;
       damped.target[lane] = area.target;
       damped.damping[lane] = area.damping;
+    }
+  }
+}
+
+void VertexBlocks::find_hinges(Index vertex) {
+  for (const Index h : hinges_at(vertex)) {
+    const VertexHinge& hinge = given_hinges_[h];
+    std::array<Index, 4> v = hinge.vertices;
+    const auto corner = static_cast<int>(std::ranges::find(v, vertex) - v.begin());
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      const auto [a, b] = kTetEdges[e];
+      if ((a == corner || b == corner) && hinge.weights[e] != 0) {
+        add_pull({v[a + b - corner], hinge.weights[e], 0});
+      }
+    }
+    if (hinge.moment == 0 && !hinge.has_angle()) {
+      continue;
+    }
+    if (corner == 1 || corner == 3) {  // by half a turn
+      v = {v[1], v[0], v[3], v[2]};
+    }
+    const bool is_opposite = corner >= 2;
+    neighborhood_.hinges.push_back({{v[1], is_opposite ? v[0] : v[2], v[3]},
+                                    is_opposite,
+                                    is_opposite ? -hinge.moment : hinge.moment,
+                                    hinge.stiffness,
+                                    hinge.rest,
+                                    hinge.damping});
+  }
+}
+
+void VertexBlocks::write_hinges(const VertexBlock& block, Index lane, Index count) noexcept {
+  const std::vector<Bend>& hinges = neighborhood_.hinges;
+  const Index vertex = place_at(block.corners[lane]);
+  const Bend padding{{vertex, vertex, vertex}, false, 0, 0, 0, 0};
+  for (Index i = 0; i < count; ++i) {
+    const Bend& bend = i < static_cast<Index>(hinges.size()) ? hinges[i] : padding;
+    HingeRow& row = hinges_[block.hinges.first + i];
+    for (int k = 0; k < 3; ++k) {
+      row.neighbors[k][lane] = offset_of(bend.neighbors[k]);
+    }
+    row.moment[lane] = bend.moment;
+    row.stiffness[lane] = bend.stiffness;
+    row.rest[lane] = bend.rest;
+    row.is_opposite[lane] = bend.is_opposite ? 1.0F : 0.0F;
+    if (has_damping_) {
+      DampedRow& damped = damped_hinges_[block.hinges.first + i];
+      damped.stiffness[lane] = bend.stiffness;
+      damped.target[lane] = bend.rest;
+      damped.damping[lane] = bend.damping;
     }
   }
 }
