@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -66,9 +67,12 @@ Subject make_tetrahedra(const SolverOptions& options) {
 }
 
 Subject make_subject(const std::vector<Eigen::Vector3d>& positions,
-                     const std::vector<Triangle>& triangles, const SolverOptions& options) {
+                     const std::vector<Triangle>& triangles, const SolverOptions& options,
+                     float damping = 0) {
+  SheetMaterial material = kMembrane;
+  material.damping = damping;
   Scene scene;
-  scene.add_sheet("sheet", positions, triangles, kMembrane);
+  scene.add_sheet("sheet", positions, triangles, material);
   return {scene, triangles.size(), options};
 }
 
@@ -87,22 +91,40 @@ Subject make_foam(const SolverOptions& options) {
                       {faces.begin(), faces.end()}, options);
 }
 
-Subject make_flat(const SolverOptions& options) {
-  const testing::SheetMesh mesh = testing::make_sheet({108, 108}, kEdge, 0.1);
-  return make_subject(mesh.positions, mesh.triangles, options);
+const testing::SheetMesh& flat_mesh() {
+  static const testing::SheetMesh mesh = testing::make_sheet({108, 108}, kEdge, 0.1);
+  return mesh;
+}
+
+Subject make_flat(const SolverOptions& options, float damping = 0) {
+  return make_subject(flat_mesh().positions, flat_mesh().triangles, options, damping);
+}
+
+// A third of a tube.
+Subject make_bent(const SolverOptions& options) {
+  constexpr double kRadius = 0.12;  // m
+  std::vector<Eigen::Vector3d> positions = flat_mesh().positions;
+  for (Eigen::Vector3d& x : positions) {
+    const double angle = x.x() / kRadius;
+    x = {kRadius * std::sin(angle), x.y(), kRadius * (1 - std::cos(angle))};
+  }
+  return make_subject(positions, flat_mesh().triangles, options);
 }
 
 }  // namespace
 
 SheetCost sheet_cost(const SolverOptions& options) {
-  Subject block = make_tetrahedra(options), sheet = make_flat(options), foam = make_foam(options);
-  std::array<std::vector<double>, 3> times;
+  constexpr float kFriction = 1e-3F;  // s, that of tissues::membrane()
+  std::array<Subject, 5> subjects{make_tetrahedra(options), make_flat(options), make_bent(options),
+                                  make_flat(options, kFriction), make_foam(options)};
+  std::array<std::vector<double>, 5> times;
   for (int round = 0; round < kRounds; ++round) {
-    times[0].push_back(block.time_sweep());
-    times[1].push_back(sheet.time_sweep());
-    times[2].push_back(foam.time_sweep());
+    for (std::size_t i = 0; i < subjects.size(); ++i) {
+      times[i].push_back(subjects[i].time_sweep());
+    }
   }
-  return {median(times[0]), median_ratio(times[1], times[0]), median_ratio(times[2], times[0])};
+  const auto in_tetrahedra = [&](std::size_t i) { return median_ratio(times[i], times[0]); };
+  return {median(times[0]), in_tetrahedra(1), in_tetrahedra(2), in_tetrahedra(3), in_tetrahedra(4)};
 }
 
 }  // namespace pbdsurg::bench

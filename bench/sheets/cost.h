@@ -12,6 +12,8 @@ namespace pbdsurg::bench {
 struct SheetCost {
   double tetrahedron_ns;          ///< a sweep, with its share of vertices
   double triangle;                ///< tetrahedra: with its share of vertices and hinges
+  double bent_triangle;           ///< likewise, of a sheet that is rolled up at rest
+  double damped_triangle;         ///< likewise, of a flat one with inner friction
   double triangle_without_hinge;  ///< tetrahedra: where edges have more than two triangles
 };
 

@@ -67,7 +67,9 @@ Table time_sweeps(const Arguments& arguments) {
   const std::vector<Column> columns{{"backend", "backend", 0},
                                     {"tetrahedron_ns", "tetrahedron, ns", 2},
                                     {"triangle", "triangle, tetrahedra", 2},
-                                    {"without_hinge", "the same without hinges", 2}};
+                                    {"bent", "bent at rest", 2},
+                                    {"damped", "with inner friction", 2},
+                                    {"without_hinge", "without hinges", 2}};
   Json rows = Json::array();
   std::string text = "\n# A sweep over sheets\n\n" + markdown_header("method", columns);
   for (const Method& method : kMethods) {
@@ -79,6 +81,8 @@ Table time_sweeps(const Arguments& arguments) {
                       {"backend", options.executor.name()},
                       {"tetrahedron_ns", rounded(cost.tetrahedron_ns, 1e2)},
                       {"triangle", rounded(cost.triangle, 1e2)},
+                      {"bent", rounded(cost.bent_triangle, 1e2)},
+                      {"damped", rounded(cost.damped_triangle, 1e2)},
                       {"without_hinge", rounded(cost.triangle_without_hinge, 1e2)}});
       text += markdown_line(method.name, rows.back(), columns);
     }

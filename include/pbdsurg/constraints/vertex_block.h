@@ -203,9 +203,15 @@ struct VertexForce {
   PBDSURG_HOST_DEVICE void add_triangle(Scalar weight_a, Scalar weight_b, Scalar stiffness,
                                         Scalar target, const Vec3<Scalar>& a,
                                         const Vec3<Scalar>& b) {
+    add_pull(weight_a, a);
+    add_pull(weight_b, b);
+    add_area(weight_a + weight_b, stiffness, target, a, b);
+  }
+  /// As VertexEnergy::add_area().
+  PBDSURG_HOST_DEVICE void add_area(Scalar /*within*/, Scalar stiffness, Scalar target,
+                                    const Vec3<Scalar>& a, const Vec3<Scalar>& b) {
     const AreaPull<Scalar> pull(a, b);
-    force =
-        force + weight_a * a + weight_b * b + (stiffness * (target - pull.area)) * pull.gradient;
+    force = force + (stiffness * (target - pull.area)) * pull.gradient;
   }
 };
 
@@ -315,7 +321,7 @@ struct VertexEnergy {
     force = force + moment * cross(b - a, c - a);
   }
 
-  /// A triangle of a sheet. The curvature of its energy across its plane counts by its magnitude.
+  /// A triangle of a sheet.
   /// @param weight_a   N/m, of the pull towards a
   /// @param weight_b   N/m, likewise; their sum is not negative
   /// @param stiffness  N/m^3, >= 0
@@ -324,16 +330,25 @@ struct VertexEnergy {
   PBDSURG_HOST_DEVICE void add_triangle(Scalar weight_a, Scalar weight_b, Scalar stiffness,
                                         Scalar target, const Vec3<Scalar>& a,
                                         const Vec3<Scalar>& b) {
+    add_pull(weight_a, a);
+    add_pull(weight_b, b);
+    add_area(weight_a + weight_b, stiffness, target, a, b);
+  }
+
+  /// What a triangle adds to its pulls. The curvature of its energy across its plane counts by its
+  /// magnitude.
+  /// @param within  N/m, the sum of the weights of its pulls
+  PBDSURG_HOST_DEVICE void add_area(Scalar within, Scalar stiffness, Scalar target,
+                                    const Vec3<Scalar>& a, const Vec3<Scalar>& b) {
     const AreaPull<Scalar> pull(a, b);
     const Scalar tension = stiffness * (pull.area - target);
-    force = force + weight_a * a + weight_b * b - tension * pull.gradient;
-    const Scalar within = weight_a + weight_b;
+    force = force - tension * pull.gradient;
     const Scalar edge_square = dot(pull.edge, pull.edge);
     const Scalar turned = within + tension * pull.area * edge_square * pull.inverse_square;
     const Scalar across = select(turned < Scalar(0), -turned, turned);
     const Scalar least = select(across < within, across, within);
     const Scalar rest = within - least;
-    isotropic = isotropic + least;
+    isotropic = isotropic - rest;
     xx = xx + rest;
     yy = yy + rest;
     zz = zz + rest;

@@ -512,16 +512,19 @@ struct StripFace {
   }
 };
 
-// All but what strips say.
+// All but what strips and fans say.
 HWY_INLINE VertexBlock without_strips(const VertexBlock& block) {
   VertexBlock others = block;
   if (block.strips.count > 0) {
     others.pulls.count = others.volumes.count = 0;
   }
+  if (block.fans.count > 0) {
+    others.pulls.count = others.triangles.count = 0;
+  }
   return others;
 }
 
-// As add_rows(), in another order where a block has strips.
+// As add_rows(), in another order where a block has strips or fans.
 template <class Energy>
 HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& block,
                                    const RegisterAccess& access, Energy& energy) {
@@ -533,6 +536,17 @@ HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& bl
     face.step(d, stiffness);
     energy.add_pull(access.load(strips[i].weights), d);
     energy.add_volume(abs(stiffness), access.load(strips[i].target), face.a, face.b, face.c);
+  }
+  const FanRow* const fans = rows.fans + block.fans.first;
+  Vec3<Lanes> corner;
+  for (Index i = 0; i < block.fans.count; ++i) {
+    const Vec3<Lanes> before = corner;
+    corner = access.position(fans[i].corners);
+    energy.add_pull(access.load(fans[i].weights), corner);
+    if (i < block.fan_steps) {
+      energy.add_area(access.load(fans[i].within), access.load(fans[i].stiffness),
+                      access.load(fans[i].target), before, corner);
+    }
   }
   add_rows(rows, without_strips(block), access, energy);
 }

@@ -40,10 +40,11 @@ auto vertices_of(std::span<const Element> elements) {
 }  // namespace
 
 VertexBlocks::Rows VertexBlocks::Rows::most(const Rows& a, const Rows& b) noexcept {
-  return {std::max(a.pulls, b.pulls),     std::max(a.springs, b.springs),
-          std::max(a.volumes, b.volumes), std::max(a.hinges, b.hinges),
-          std::max(a.strips, b.strips),   std::max(a.triangles, b.triangles),
-          std::max(a.fibres, b.fibres)};
+  return {std::max(a.pulls, b.pulls),        std::max(a.springs, b.springs),
+          std::max(a.volumes, b.volumes),    std::max(a.hinges, b.hinges),
+          std::max(a.strips, b.strips),      std::max(a.triangles, b.triangles),
+          std::max(a.fibres, b.fibres),      std::max(a.fans, b.fans),
+          std::max(a.fan_steps, b.fan_steps)};
 }
 
 bool VertexBlocks::Rows::has_room_for(const Rows& needs) const noexcept {
@@ -222,7 +223,7 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
   room.firsts = {add(pulls_, counts.pulls),     add(springs_, counts.springs),
                  add(volumes_, counts.volumes), add(hinges_, counts.hinges),
                  add(strips_, counts.strips),   add(triangles_, counts.triangles),
-                 add(fibres_, counts.fibres)};
+                 add(fibres_, counts.fibres),   add(fans_, counts.fans)};
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
@@ -252,12 +253,17 @@ void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {
   block.strips.first = room.firsts.strips;
   block.triangles.first = room.firsts.triangles;
   block.fibres.first = room.firsts.fibres;
+  block.fans.first = room.firsts.fans;
 }
 
 void VertexBlocks::count_rows(VertexBlock& block) noexcept {
   Rows most;
+  bool has_strips = true, has_fans = true;  // of all that they stand in for
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    most = Rows::most(most, needs_[place_at(block.corners[lane])]);
+    const Rows& needs = needs_[place_at(block.corners[lane])];
+    most = Rows::most(most, needs);
+    has_strips = has_strips && (needs.strips > 0 || needs.pulls == 0);
+    has_fans = has_fans && (needs.fans > 0 || needs.pulls + needs.triangles == 0);
   }
   block.pulls.count = most.pulls;
   block.springs.count = most.springs;
@@ -266,8 +272,10 @@ void VertexBlocks::count_rows(VertexBlock& block) noexcept {
   block.triangles.count = most.triangles;
   block.fibres.count = most.fibres;
   // a face that goes may part a strip in two, which needs more rows than there were
-  const Index room = rooms_[places_[place_at(block.corners[0])].block].counts.strips;
-  block.strips.count = most.strips <= room ? most.strips : 0;
+  const Rows& room = rooms_[places_[place_at(block.corners[0])].block].counts;
+  block.strips.count = has_strips && most.strips <= room.strips ? most.strips : 0;
+  block.fans.count = has_fans && most.fans <= room.fans ? most.fans : 0;
+  block.fan_steps = most.fan_steps;
 }
 
 // One for each neighbour, summed in the order in which they come, on which sums of floats depend.
@@ -339,14 +347,23 @@ void VertexBlocks::find_neighborhood(Index vertex) {
   find_triangles(vertex);
   find_hinges(vertex);
   find_strip();
-  needs_[vertex] = {static_cast<Index>(pulls.size()),          static_cast<Index>(springs.size()),
-                    static_cast<Index>(volumes.size()),        static_cast<Index>(hinges.size()),
-                    static_cast<Index>(strip_entries_.size()), static_cast<Index>(triangles.size()),
-                    static_cast<Index>(fibres.size())};
+  const Index steps = find_fan();
+  needs_[vertex] = {static_cast<Index>(pulls.size()),
+                    static_cast<Index>(springs.size()),
+                    static_cast<Index>(volumes.size()),
+                    static_cast<Index>(hinges.size()),
+                    static_cast<Index>(strip_entries_.size()),
+                    static_cast<Index>(triangles.size()),
+                    static_cast<Index>(fibres.size()),
+                    static_cast<Index>(fan_entries_.size()),
+                    steps};
 }
 
 void VertexBlocks::find_strip() {
   strip_entries_.clear();
+  if (neighborhood_.volumes.empty()) {
+    return;
+  }
   faces_.clear();
   for (const Volume& volume : neighborhood_.volumes) {
     faces_.push_back(volume.face);
@@ -436,6 +453,7 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
   }
   write_hinges(block, lane, room.hinges);
   write_triangles(block, lane, room.triangles);
+  write_fan(block, lane, room.fans);
   for (Index i = 0; i < room.fibres; ++i) {
     const Fibres fibres =
         entry(neighborhood_.fibres, i, Fibres{{vertex, vertex, vertex}, {0, 0, 0}, 0});
@@ -652,7 +670,7 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
          hinges_at_.memory_bytes() + triangles_at_.memory_bytes() + local_walk_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
                damped_volumes_, damped_hinges_, strips_, damped_strips_, triangles_,
-               damped_triangles_, fibres_, rooms_, left_rooms_, places_, needs_, touched_,
+               damped_triangles_, fibres_, fans_, rooms_, left_rooms_, places_, needs_, touched_,
                refreshed_, changed_blocks_, list_changes_, color_changes_);
 }
 

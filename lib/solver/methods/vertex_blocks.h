@@ -116,8 +116,8 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(), pulls_.data(),     springs_.data(), volumes_.data(),
-            hinges_.data(), triangles_.data(), fibres_.data(),  strips_.data()};
+    return {blocks_.data(),    pulls_.data(),  springs_.data(), volumes_.data(), hinges_.data(),
+            triangles_.data(), fibres_.data(), strips_.data(),  fans_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
     return {blocks_.data(),         springs_.data(),       volumes_.data(),
@@ -138,7 +138,7 @@ class VertexBlocks {
   /// How much more of each array an edit may need that brings so much: in none that is empty.
   struct Growth {
     std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, triangles = 0,
-                fibres = 0, strips = 0;
+                fibres = 0, strips = 0, fans = 0;
   };
   [[nodiscard]] PBDSURG_API Growth expected_growth(const SpareRoom& spare) const noexcept;
 
@@ -292,10 +292,11 @@ class VertexBlocks {
     std::vector<Fibres> fibres;
   };
   struct Rows {
-    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0, fibres = 0;
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0, triangles = 0, fibres = 0,
+          fans = 0, fan_steps = 0;
 
     [[nodiscard]] static Rows most(const Rows& a, const Rows& b) noexcept;
-    /// Strips do without.
+    /// Strips and fans do without.
     [[nodiscard]] bool has_room_for(const Rows& needs) const noexcept;
   };
   // Where the rows of a block begin, and how many there may be.
@@ -344,6 +345,8 @@ class VertexBlocks {
   void write_triangles(const VertexBlock& block, Index lane, Index count) noexcept;
   void find_hinges(Index vertex);
   void write_hinges(const VertexBlock& block, Index lane, Index count) noexcept;
+  Index find_fan();
+  void write_fan(const VertexBlock& block, Index lane, Index count) noexcept;
 
   // vertex_growth.cpp
   [[nodiscard]] bool is_fresh(Index vertex) const noexcept;
@@ -394,10 +397,11 @@ class VertexBlocks {
   std::vector<FibreRow> fibres_;
   std::vector<StripRow> strips_;
   std::vector<DampedRow> damped_strips_;  // [strips_.size()] likewise
-  std::vector<Room> rooms_;               // [block]
-  std::vector<Room> left_rooms_;          // of blocks that are gone
-  std::vector<Place> places_;             // [vertex_count]
-  std::vector<Rows> needs_;               // [vertex_count]
+  std::vector<FanRow> fans_;
+  std::vector<Room> rooms_;       // [block]
+  std::vector<Room> left_rooms_;  // of blocks that are gone
+  std::vector<Place> places_;     // [vertex_count]
+  std::vector<Rows> needs_;       // [vertex_count]
 
   Index room_count_ = 0;  // ever made
 
@@ -425,6 +429,11 @@ class VertexBlocks {
   VertexStrip strip_;
   std::vector<std::array<Index, 3>> faces_;  // likewise
   std::vector<StripEntry> strip_entries_;    // likewise
+  struct FanEntry {
+    Index corner;
+    float stiffness, target, within, weight;  // as in FanRow
+  };
+  std::vector<FanEntry> fan_entries_;  // likewise
 };
 
 /// Sets stiffness and target of damped rows for a substep, in one thread.

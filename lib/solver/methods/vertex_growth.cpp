@@ -14,7 +14,7 @@ namespace {
 // What a new block has room for beyond its first vertex, of kinds that there are: others of a cut,
 // and later cuts.
 constexpr Index kSparePulls = 4, kSpareSprings = 4, kSpareVolumes = 8, kSpareHinges = 2,
-                kSpareStrips = 12, kSpareTriangles = 4, kSpareFibres = 8;
+                kSpareStrips = 12, kSpareTriangles = 4, kSpareFibres = 8, kSpareFans = 6;
 
 // Of a walk for those without a colour: neighbours that it may look at, for each vertex whose rows
 // an edit changes, and in all. Most take some hundred; the most take as long as an edit.
@@ -311,6 +311,7 @@ void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noe
   copy_lanes(strips_, firsts.strips, counts.strips, from, to);
   copy_lanes(triangles_, firsts.triangles, counts.triangles, from, to);
   copy_lanes(fibres_, firsts.fibres, counts.fibres, from, to);
+  copy_lanes(fans_, firsts.fans, counts.fans, from, to);
   if (has_damping_) {
     copy_lanes(damped_springs_, firsts.springs, counts.springs, from, to);
     copy_lanes(damped_volumes_, firsts.volumes, counts.volumes, from, to);
@@ -346,7 +347,7 @@ Index VertexBlocks::add_block(Index color, const Rows& needs) {
          with(needs.volumes, volumes_, kSpareVolumes), with(needs.hinges, hinges_, kSpareHinges),
          with(needs.strips, strips_, kSpareStrips),
          with(needs.triangles, triangles_, kSpareTriangles),
-         with(needs.fibres, fibres_, kSpareFibres)});
+         with(needs.fibres, fibres_, kSpareFibres), with(needs.fans, fans_, kSpareFans)});
   }
   Index gap = block_count();
   blocks_.emplace_back();
@@ -490,7 +491,7 @@ VertexBlocks::Growth VertexBlocks::expected_growth(const SpareRoom& spare) const
   const auto blocks = 3 * static_cast<std::size_t>(spare.vertices) / kBlockLanes +
                       static_cast<std::size_t>(color_count());
   // rows of a block, at a cut or a rip
-  constexpr std::size_t kPulls = 24, kVolumes = 40, kTriangles = 12, kStrips = 50;
+  constexpr std::size_t kPulls = 24, kVolumes = 40, kTriangles = 12, kStrips = 50, kFans = 24;
   return {blocks,
           pulls_.empty() ? 0 : kPulls * blocks,
           springs_.empty() ? 0 : kPulls * blocks,
@@ -498,7 +499,8 @@ VertexBlocks::Growth VertexBlocks::expected_growth(const SpareRoom& spare) const
           hinges_.empty() ? 0 : kSpareHinges * blocks,
           triangles_.empty() ? 0 : kTriangles * blocks,
           fibres_.empty() ? 0 : kVolumes * blocks,
-          strips_.empty() ? 0 : kStrips * blocks};
+          strips_.empty() ? 0 : kStrips * blocks,
+          fans_.empty() ? 0 : kFans * blocks};
 }
 
 void VertexBlocks::reserve(const SpareRoom& spare) {
@@ -515,6 +517,7 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   triangles_.reserve(triangles_.size() + growth.triangles);
   fibres_.reserve(fibres_.size() + growth.fibres);
   strips_.reserve(strips_.size() + growth.strips);
+  fans_.reserve(fans_.size() + growth.fans);
   if (has_damping_) {
     damped_springs_.reserve(springs_.capacity());
     damped_volumes_.reserve(volumes_.capacity());

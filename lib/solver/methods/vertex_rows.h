@@ -74,6 +74,17 @@ struct alignas(64) StripRow {
   float weights[kBlockLanes];  ///< as in PullRow, towards the corner; zero for none
 };
 
+/// A step along a fan of the triangles at a vertex of sheets, for kernels on registers: a corner,
+/// and the triangle between it and the corner before. So a triangle takes one corner to gather, and
+/// pulls towards it none.
+struct alignas(64) FanRow {
+  ParticleOffset corners[kBlockLanes];
+  float stiffness[kBlockLanes];  ///< as in TriangleRow; zero for no triangle
+  float target[kBlockLanes];     ///< as in TriangleRow
+  float within[kBlockLanes];     ///< N/m, the sum of its weights
+  float weights[kBlockLanes];    ///< N/m, of all pulls towards the corner
+};
+
 /// What damping makes a row's stiffness and target from, in each substep.
 struct alignas(64) DampedRow {
   float stiffness[kBlockLanes];
@@ -95,6 +106,8 @@ struct alignas(64) VertexBlock {
   bool has_angles;  ///< whether some hinge has a stiffness or damping of its angle
   RowRange pulls, springs, volumes, hinges, triangles, fibres;
   RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
+  RowRange fans;    ///< that say the same as pulls and triangles; none where volumes are, too
+  Index fan_steps;  ///< of these that have a triangle, and come first
 };
 
 /// All of them.
@@ -107,6 +120,7 @@ struct VertexRows {
   const TriangleRow* triangles;
   const FibreRow* fibres;
   const StripRow* strips = nullptr;
+  const FanRow* fans = nullptr;
 };
 
 /// Those that damping changes.

@@ -10,6 +10,12 @@
 #include "lib/solver/methods/vertex_blocks.h"
 
 namespace pbdsurg {
+namespace {
+
+// A start is a step without a triangle. Where sheets branch at a vertex, there are many.
+constexpr std::size_t kMostFans = 2;
+
+}  // namespace
 
 void VertexBlocks::find_triangles(Index vertex) {
   for (const Index t : triangles_at(vertex)) {
@@ -113,6 +119,76 @@ void VertexBlocks::write_hinges(const VertexBlock& block, Index lane, Index coun
       damped.target[lane] = bend.rest;
       damped.damping[lane] = bend.damping;
     }
+  }
+}
+
+// Where volumes pull along, strips have the pulls; and what damping changes stays in its rows.
+// @return  VertexBlock::fan_steps
+Index VertexBlocks::find_fan() {
+  fan_entries_.clear();
+  const auto& [pulls, springs, volumes, hinges, triangles, fibres] = neighborhood_;
+  if (triangles.empty() || !volumes.empty() || has_damping_) {
+    return 0;
+  }
+  std::vector<bool> is_left(triangles.size(), true);
+  const auto find_left = [&](const auto& is_it) {
+    std::size_t i = 0;
+    while (i < triangles.size() && !(is_left[i] && is_it(triangles[i]))) {
+      ++i;
+    }
+    return i;
+  };
+  const auto start = [&] {  // one that follows no other, or any
+    const std::size_t end = find_left([&](const Area& area) {
+      return find_left([&](const Area& other) {
+               return other.neighbors[1] == area.neighbors[0];
+             }) == triangles.size();
+    });
+    return end < triangles.size() ? end : find_left([](const Area&) { return true; });
+  };
+  for (std::size_t i = start(); i < triangles.size(); i = start()) {
+    fan_entries_.push_back({triangles[i].neighbors[0], 0, 0, 0, 0});
+    while (i < triangles.size()) {
+      const Area& area = triangles[i];
+      is_left[i] = false;
+      fan_entries_.push_back(
+          {area.neighbors[1], area.stiffness, area.target, area.weights[0] + area.weights[1], 0});
+      i = find_left([&](const Area& next) { return next.neighbors[0] == area.neighbors[1]; });
+    }
+  }
+  const auto steps = static_cast<Index>(fan_entries_.size());
+  if (fan_entries_.size() > triangles.size() + kMostFans) {
+    fan_entries_.clear();
+    return 0;
+  }
+  const auto pull = [&](Index corner, float weight) {
+    const auto entry = std::ranges::find(fan_entries_, corner, &FanEntry::corner);
+    if (entry == fan_entries_.end()) {
+      fan_entries_.push_back({corner, 0, 0, 0, weight});
+    } else {
+      entry->weight += weight;
+    }
+  };
+  for (const Area& area : triangles) {
+    pull(area.neighbors[0], area.weights[0]);
+    pull(area.neighbors[1], area.weights[1]);
+  }
+  for (const Pull& each : pulls) {
+    pull(each.neighbor, each.weight);
+  }
+  return steps;
+}
+
+void VertexBlocks::write_fan(const VertexBlock& block, Index lane, Index count) noexcept {
+  const FanEntry padding{place_at(block.corners[lane]), 0, 0, 0, 0};
+  for (Index i = 0; i < count; ++i) {
+    const FanEntry& entry = i < static_cast<Index>(fan_entries_.size()) ? fan_entries_[i] : padding;
+    FanRow& row = fans_[block.fans.first + i];
+    row.corners[lane] = offset_of(entry.corner);
+    row.stiffness[lane] = entry.stiffness;
+    row.target[lane] = entry.target;
+    row.within[lane] = entry.within;
+    row.weights[lane] = entry.weight;
   }
 }
 
