@@ -122,12 +122,12 @@ void VertexBlocks::write_hinges(const VertexBlock& block, Index lane, Index coun
   }
 }
 
-// Where volumes pull along, strips have the pulls; and what damping changes stays in its rows.
+// Where volumes pull along, strips have the pulls; what damping changes is in rows alone.
 // @return  VertexBlock::fan_steps
 Index VertexBlocks::find_fan() {
   fan_entries_.clear();
   const auto& [pulls, springs, volumes, hinges, triangles, fibres] = neighborhood_;
-  if (triangles.empty() || !volumes.empty() || has_damping_) {
+  if (triangles.empty() || !volumes.empty() || is_neighborhood_damped()) {
     return 0;
   }
   std::vector<bool> is_left(triangles.size(), true);
