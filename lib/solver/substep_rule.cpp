@@ -68,8 +68,8 @@ double crossing_time(const Body& body, float stiffness, float fibre, double volu
   if (is_sheet(body)) {  // in plane stress, of an equilateral one
     const double ratio = material.poissons_ratio;
     const double edge = std::sqrt(4 / std::numbers::sqrt3 * volume / double{body.thickness});
-    return edge *
-           std::sqrt(material.density * (1 - ratio * ratio) / double{material.youngs_modulus});
+    const double modulus = double{stiffness} * double{material.youngs_modulus};
+    return edge * std::sqrt(material.density * (1 - ratio * ratio) / modulus);
   }
   const double edge = std::cbrt(6 * std::numbers::sqrt2 * volume);  // of a regular one
   const double modulus = double{stiffness} * wave_modulus(material, volume, edge) + double{fibre};
@@ -106,6 +106,13 @@ struct BodyVolume {
   Index count = 0;      // of tetrahedra, or triangles of a sheet
   float stiffness = 1;  // of the stiffest of them, times that of the material
   float fibre = 0;      // Pa, of the stiffest fibres
+
+  // One more of them.
+  void add(double volume_of_it, float stiffness_of_it) {
+    volume += volume_of_it;
+    stiffness = count == 0 ? stiffness_of_it : std::max(stiffness, stiffness_of_it);
+    ++count;
+  }
 };
 
 // s, a substep of one sweep, or of kCorrectedSweeps with a correction.
@@ -194,18 +201,15 @@ SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
   for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
     if (tissue.is_tet_alive(t)) {
       BodyVolume& body = volumes[tissue.body_of_tet(t)];
-      body.volume += tet_volume(tissue.rest_positions(), tissue.tets()[t]);
-      body.stiffness =
-          body.count == 0 ? tissue.stiffness(t) : std::max(body.stiffness, tissue.stiffness(t));
+      body.add(tet_volume(tissue.rest_positions(), tissue.tets()[t]), tissue.stiffness(t));
       body.fibre = std::max(body.fibre, tissue.fibre(t).stiffness);
-      ++body.count;
     }
   }
   for (Index t = 0; t < static_cast<Index>(tissue.triangles().size()); ++t) {
     if (tissue.is_triangle_alive(t)) {
       const Index b = tissue.body_of_triangle(t);
-      volumes[b].volume += tissue.triangle_mass(t) / tissue.bodies()[b].material.density;
-      ++volumes[b].count;
+      volumes[b].add(tissue.triangle_mass(t) / tissue.bodies()[b].material.density,
+                     tissue.triangle_stiffness(t));
     }
   }
   const bool is_corrected = has_coarse_correction(options) && has_node_for_each_piece(tissue);
@@ -249,17 +253,15 @@ SubstepRule stiff_link_rule(const Tissue& tissue, const SolverOptions& options) 
 SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) {
   return rule_of(new_bodies.bodies(), options, false, [&](std::size_t b) {
     const Body& body = new_bodies.bodies()[b];
-    BodyVolume sum{.count = body.tet_count, .stiffness = 0};
+    BodyVolume sum;
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      sum.volume += tet_volume(new_bodies.positions(), new_bodies.tets()[t]);
-      sum.stiffness = std::max(sum.stiffness, new_bodies.stiffnesses()[t]);
+      sum.add(tet_volume(new_bodies.positions(), new_bodies.tets()[t]),
+              new_bodies.stiffnesses()[t]);
       sum.fibre = std::max(sum.fibre, new_bodies.fibres()[t].stiffness);
     }
     for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
-      sum.volume +=
-          body.thickness * triangle_area(new_bodies.positions(), new_bodies.triangles()[t]);
-      sum.stiffness = 1;
-      ++sum.count;
+      sum.add(body.thickness * triangle_area(new_bodies.positions(), new_bodies.triangles()[t]),
+              new_bodies.triangle_stiffnesses()[t]);
     }
     return sum;
   });
@@ -267,12 +269,17 @@ SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) 
 
 SubstepRule substep_rule(const Tissue& tissue, const TopologyEdit& edit,
                          const SolverOptions& options) {
-  const bool changes_none = edit.stiffnesses.empty() && edit.fibres.empty();
+  const bool changes_none =
+      edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty() && edit.fibres.empty();
   std::vector<BodyVolume> bodies(changes_none ? 0 : tissue.bodies().size());
   for (const StiffnessChange& change : edit.stiffnesses) {
     BodyVolume& body = bodies[tissue.body_of_tet(change.tet)];
     body.stiffness = std::max(body.stiffness, change.factor);
     body.fibre = std::max(body.fibre, tissue.fibre(change.tet).stiffness);
+  }
+  for (const TriangleStiffnessChange& change : edit.triangle_stiffnesses) {
+    BodyVolume& body = bodies[tissue.body_of_triangle(change.triangle)];
+    body.stiffness = std::max(body.stiffness, change.factor);
   }
   for (const FibreChange& change : edit.fibres) {
     BodyVolume& body = bodies[tissue.body_of_tet(change.tet)];

@@ -261,22 +261,29 @@ void HeatChanges::stiffen(const Solver& solver, const HeatField& field, Topology
   const ThermalMesh& mesh = field.mesh();
   const Tissue& tissue = solver.tissue();
   due_changes_.clear();
-  for (const Index t : marked_) {
-    if (seen_[t] != round_ || is_triangle(t) ||
-        tissue.body(tissue.body_of_tet(t)).material.model != ElasticModel::neo_hookean) {
+  for (const Index e : marked_) {
+    if (seen_[e] != round_ ||
+        (!is_triangle(e) &&
+         tissue.body(tissue.body_of_tet(e)).material.model != ElasticModel::neo_hookean)) {
       continue;
     }
     const auto factor = static_cast<float>(
-        stiffened(mesh.tissues()[mesh.tissue_of_element(t)], mean_survival(field, t)));
-    const float now = tissue.stiffness(t);
+        stiffened(mesh.tissues()[mesh.tissue_of_element(e)], mean_survival(field, e)));
+    const float now =
+        is_triangle(e) ? tissue.triangle_stiffness(triangle_of_element(e)) : tissue.stiffness(e);
     if (factor >= (1 + kLeastStiffening) * now) {
-      due_changes_.push_back({t, factor, now / factor});
+      due_changes_.push_back({e, factor, now / factor});
     }
   }
   keep_farthest();
-  for (const Change& tet : due_changes_) {
-    edit.stiffnesses.push_back({tet.id, tet.value});
+  for (const Change& due : due_changes_) {
+    if (is_triangle(due.id)) {
+      edit.triangle_stiffnesses.push_back({triangle_of_element(due.id), due.value});
+    } else {
+      edit.stiffnesses.push_back({due.id, due.value});
+    }
   }
+  std::ranges::sort(edit.triangle_stiffnesses, {}, &TriangleStiffnessChange::triangle);
 }
 
 void HeatChanges::follow(const HeatField& field) noexcept {

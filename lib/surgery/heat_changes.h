@@ -21,7 +21,7 @@ namespace pbdsurg {
 /// State of a live element of a conducting body by algorithm 2 and the rule of the field.
 [[nodiscard]] HeatState heat_state(const HeatField& field, Index element);
 
-/// Finds the elements that heat takes away, and the tetrahedra that shrink or stiffen, among what
+/// Finds the elements that heat takes away or stiffens, and the tetrahedra that shrink, among what
 /// is heated.
 class HeatChanges {
  public:

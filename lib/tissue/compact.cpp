@@ -131,6 +131,7 @@ std::unique_ptr<TissueData> copy_of_elements(const TissueData& data) {
   copy->triangles = data.triangles;
   copy->triangle_alive = data.triangle_alive;
   copy->triangle_masses = data.triangle_masses;
+  copy->triangle_stiffnesses = data.triangle_stiffnesses;
   copy->edges = data.edges;
   copy->edge_tets = data.edge_tets;
   copy->links = data.links;
@@ -165,6 +166,7 @@ Scene scene_of(const TissueData& data) {
   scene.tets_ = vector_of(data.tets);
   scene.triangles_ = vector_of(data.triangles);
   scene.stiffnesses_ = vector_of(data.stiffnesses);
+  scene.triangle_stiffnesses_ = vector_of(data.triangle_stiffnesses);
   scene.fibres_ = vector_of(data.fibres);
   scene.links_ = vector_of(data.links);
   scene.hinges_ = vector_of(data.hinges);
@@ -190,6 +192,7 @@ std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   const auto triangle_count = static_cast<std::size_t>(made.triangles.size());
   made.triangle_alive = UndoArray(std::vector<std::uint8_t>(triangle_count, 1));
   made.triangle_masses = moved_array(ids.triangles, triangle_count, data.triangle_masses);
+  made.triangle_stiffnesses = moved_array(ids.triangles, triangle_count, data.triangle_stiffnesses);
   ids.links =
       keep_living(data.links, data.link_alive, made.links, made.link_alive, [&](Link& link) {
         link.first = ids.vertices[link.first];

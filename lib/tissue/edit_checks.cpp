@@ -105,18 +105,29 @@ void check_rest_values(TissueData& data, const TopologyEdit& edit) {
   check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
 }
 
-void check_stiffnesses(TissueData& data, const TopologyEdit& edit) {
+// @param id        of a change's element
+// @param is_alive  [element_count]
+template <class Change>
+void check_factors(TissueData& data, const char* what, const std::vector<Change>& changes,
+                   Index Change::*id, const UndoArray<std::uint8_t>& is_alive) {
   std::vector<Index>& ids = data.buffer;
   ids.clear();
-  for (const StiffnessChange& change : edit.stiffnesses) {
-    ids.push_back(change.tet);
+  for (const Change& change : changes) {
+    ids.push_back(change.*id);
   }
-  check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
-  for (const StiffnessChange& change : edit.stiffnesses) {
-    const std::string what = name_of("tet", change.tet);
-    check_stiffness_factor(what, change.factor);
-    check_has_moduli(what, data.bodies[data.body_of_tet(change.tet)]);
+  check_ids(what, ids, count_of(is_alive), [&](Index element) { return is_alive[element] != 0; });
+  for (const Change& change : changes) {
+    check_stiffness_factor(name_of(what, change.*id), change.factor);
   }
+}
+
+void check_stiffnesses(TissueData& data, const TopologyEdit& edit) {
+  check_factors(data, "tet", edit.stiffnesses, &StiffnessChange::tet, data.tet_alive);
+  for (const StiffnessChange& change : edit.stiffnesses) {
+    check_has_moduli(name_of("tet", change.tet), data.bodies[data.body_of_tet(change.tet)]);
+  }
+  check_factors(data, "triangle", edit.triangle_stiffnesses, &TriangleStiffnessChange::triangle,
+                data.triangle_alive);
 }
 
 void check_fibres(TissueData& data, const TopologyEdit& edit) {

@@ -8,36 +8,13 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/tissue/sheet.h"
 #include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 namespace {
 
 using Corners = std::array<Index, 4>;
-
-Triangle triangle_of(const Corners& hinge, std::size_t side) {
-  return {hinge[0], hinge[1], hinge[2 + side]};
-}
-
-bool has_all(std::span<const Index> corners, const Triangle& triangle) {
-  return std::ranges::all_of(
-      triangle, [&](Index v) { return std::ranges::find(corners, v) != corners.end(); });
-}
-
-// Calls visit(hinge) for each that has a triangle of a tetrahedron, or is of a sheet's triangle;
-// some twice.
-// @param corners  [4] or [3]
-template <class Visit>
-void for_each_hinge_of(const TissueData& data, std::span<const Index> corners, Visit visit) {
-  for (std::size_t i = 0; i < 2; ++i) {  // a triangle has one of any two corners
-    for (const Index hinge : data.hinges_at(corners[i])) {
-      const Corners& v = data.hinges[hinge].vertices;
-      if (has_all(corners, triangle_of(v, 0)) || has_all(corners, triangle_of(v, 1))) {
-        visit(hinge);
-      }
-    }
-  }
-}
 
 void remove_hinge(TissueData& data, Index hinge) {
   data.hinge_alive.set(hinge, 0);
@@ -91,6 +68,46 @@ std::optional<Triangle> find_in(std::span<const Index> corners, const Triangle& 
 
 }  // namespace
 
+double hinge_stiffness(const Tissue& tissue, Index hinge) {
+  const TissueData& data = tissue_data(tissue);
+  const Corners& v = data.hinges[hinge].vertices;
+  if (!is_sheet(data.bodies[data.body_of_vertex(v[0])])) {
+    return 1;
+  }
+  double sum = 0;
+  for (std::size_t side = 0; side < 2; ++side) {
+    sum += data.triangle_stiffnesses[find_owner(data.triangles_at(v[0]), data.triangles,
+                                                triangle_of_hinge(v, side))];
+  }
+  return sum / 2;
+}
+
+std::vector<double> hinge_stiffnesses(const Scene& scene) {
+  std::vector<double> factors(scene.hinges().size(), 1);
+  if (std::ranges::all_of(scene.triangle_stiffnesses(), [](float each) { return each == 1; })) {
+    return factors;
+  }
+  using Known = std::pair<Triangle, float>;  // corners, ascending; factor
+  std::vector<Known> known;
+  known.reserve(scene.triangles().size());
+  for (std::size_t t = 0; t < scene.triangles().size(); ++t) {
+    known.emplace_back(scene.triangles()[t], scene.triangle_stiffnesses()[t]);
+    std::ranges::sort(known.back().first);
+  }
+  std::ranges::sort(known);
+  for (std::size_t h = 0; h < factors.size(); ++h) {
+    double sum = 0;
+    for (std::size_t side = 0; side < 2; ++side) {
+      Triangle triangle = triangle_of_hinge(scene.hinges()[h].vertices, side);
+      std::ranges::sort(triangle);
+      const auto found = std::ranges::lower_bound(known, triangle, {}, &Known::first);
+      sum += found != known.end() && found->first == triangle ? found->second : 1;
+    }
+    factors[h] = sum / 2;
+  }
+  return factors;
+}
+
 void remove_hinges(TissueData& data, std::span<const Index> corners) {
   if (data.hinges.size() == 0) {
     return;
@@ -129,7 +146,7 @@ PartedHinges::PartedHinges(const TissueData& data, const TopologyEdit& edit)
   hinges_.erase(std::unique(hinges_.begin(), hinges_.end()), hinges_.end());
   for (Parted& parted : hinges_) {
     for (std::size_t side = 0; side < 2; ++side) {
-      const Triangle triangle = triangle_of(data.hinges[parted.hinge].vertices, side);
+      const Triangle triangle = triangle_of_hinge(data.hinges[parted.hinge].vertices, side);
       parted.owners[side] =
           parted.is_of_sheet ? find_owner(data.triangles_at(triangle[0]), data.triangles, triangle)
                              : find_owner(data.vertex_tets[triangle[0]], data.tets, triangle);
@@ -167,7 +184,7 @@ void PartedHinges::settle(TissueData& data, const TopologyEdit& edit) const {
     const Corners before = data.hinges[hinge].vertices;
     std::optional<Triangle> sides[2];
     for (std::size_t side = 0; side < 2; ++side) {
-      const Triangle triangle = triangle_of(before, side);
+      const Triangle triangle = triangle_of_hinge(before, side);
       sides[side] = is_of_sheet ? find_now(data.triangles[owners[side]], triangle)
                                 : find_triangle(owners[side], triangle);
     }

@@ -2,22 +2,58 @@
 #pragma once
 
 /// @file
-/// What edits of tissue do to hinges: one lives as long as its two triangles do, and share an edge.
+/// Hinges and their two triangles, and what edits of tissue do to hinges: one lives as long as
+/// these do, and share an edge.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory_resource>
 #include <span>
 #include <vector>
 
+#include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/tissue/topology_edit.h"
+
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 
-struct TissueData;
-
 /// That go with a tetrahedron: of two triangles of the surface, more or less.
 inline constexpr std::size_t kHingesOfTet = 6;
+
+/// @param side  0 or 1
+[[nodiscard]] inline Triangle triangle_of_hinge(const std::array<Index, 4>& hinge,
+                                                std::size_t side) {
+  return {hinge[0], hinge[1], hinge[2 + side]};
+}
+
+[[nodiscard]] inline bool has_all(std::span<const Index> corners, const Triangle& triangle) {
+  return std::ranges::all_of(
+      triangle, [&](Index v) { return std::ranges::find(corners, v) != corners.end(); });
+}
+
+/// Calls visit(hinge) for each that has a triangle of a tetrahedron, or is of a sheet's triangle;
+/// some twice.
+/// @param corners  [4] or [3]
+template <class Visit>
+void for_each_hinge_of(const TissueData& data, std::span<const Index> corners, Visit visit) {
+  for (std::size_t i = 0; i < 2; ++i) {  // a triangle has one of any two corners
+    for (const Index hinge : data.hinges_at(corners[i])) {
+      const std::array<Index, 4>& v = data.hinges[hinge].vertices;
+      if (has_all(corners, triangle_of_hinge(v, 0)) || has_all(corners, triangle_of_hinge(v, 1))) {
+        visit(hinge);
+      }
+    }
+  }
+}
+
+/// How many times as stiff as its rigidity says a live hinge is: in a sheet, as its two triangles
+/// in the mean; on a solid 1.
+[[nodiscard]] double hinge_stiffness(const Tissue& tissue, Index hinge);
+
+/// [hinge_count] the same of a scene.
+[[nodiscard]] std::vector<double> hinge_stiffnesses(const Scene& scene);
 
 /// Removes the hinges of a live tetrahedron's triangles, or of a sheet's triangle.
 /// @param corners  [4] or [3]

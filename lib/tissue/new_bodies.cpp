@@ -73,7 +73,8 @@ void add_triangles(TissueData& data, const Scene& scene, const FirstIds& first) 
     for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
       Triangle vertices = scene.triangles()[t];
       std::ranges::for_each(vertices, [&](Index& v) { v += first.vertex; });
-      data.add_triangle(vertices, triangle_mass(body, scene.positions(), scene.triangles()[t]));
+      data.add_triangle(vertices, triangle_mass(body, scene.positions(), scene.triangles()[t]),
+                        scene.triangle_stiffnesses()[t]);
     }
   }
 }

@@ -177,10 +177,6 @@ void check_takes_fibres(const std::string& what, const Body& body) {
 }
 
 void check_has_moduli(const std::string& what, const Body& body) {
-  if (is_sheet(body)) {
-    throw InvalidArgument(what + " belongs to body '" + body.name +
-                          "', a sheet, whose triangles are all as stiff as its material");
-  }
   if (body.tet_count == 0 || body.material.model != ElasticModel::neo_hookean) {
     throw InvalidArgument(what + " belongs to body '" + body.name +
                           "', which is not Neo-Hookean; only such tissue has moduli to scale");
@@ -279,6 +275,7 @@ BodyId Scene::append_sheet(std::string name, std::span<const Eigen::Vector3d> po
     }
     triangles_.push_back(triangle);
   }
+  triangle_stiffnesses_.resize(triangles_.size(), 1);
   return BodyId(static_cast<Index>(bodies_.size()) - 1);
 }
 
@@ -297,16 +294,23 @@ void Scene::fix_vertices(Index body_index, std::span<const Index> vertices) {
 
 void Scene::set_stiffnesses(Index body_index, std::span<const float> factors) {
   const Body& where = body(body_index);
-  check_has_moduli("the stiffness", where);
-  if (factors.size() != static_cast<std::size_t>(where.tet_count)) {
-    throw InvalidArgument("body '" + where.name + "' has " + std::to_string(where.tet_count) +
-                          " tetrahedra and got " + std::to_string(factors.size()) +
-                          " stiffnesses; it needs one each");
+  const bool has_triangles = is_sheet(where);
+  if (!has_triangles) {
+    check_has_moduli("the stiffness", where);
+  }
+  const Index count = has_triangles ? where.triangle_count : where.tet_count;
+  if (factors.size() != static_cast<std::size_t>(count)) {
+    throw InvalidArgument("body '" + where.name + "' has " + std::to_string(count) +
+                          (has_triangles ? " triangles" : " tetrahedra") + " and got " +
+                          std::to_string(factors.size()) + " stiffnesses; it needs one each");
   }
   for (std::size_t t = 0; t < factors.size(); ++t) {
-    check_stiffness_factor("body '" + where.name + "': tet " + std::to_string(t), factors[t]);
+    check_stiffness_factor(
+        "body '" + where.name + "': " + (has_triangles ? "triangle " : "tet ") + std::to_string(t),
+        factors[t]);
   }
-  std::ranges::copy(factors, stiffnesses_.begin() + where.first_tet);
+  std::ranges::copy(factors, has_triangles ? triangle_stiffnesses_.begin() + where.first_triangle
+                                           : stiffnesses_.begin() + where.first_tet);
 }
 
 void Scene::set_fibres(Index body_index, std::span<const Fibre> fibres) {
@@ -350,6 +354,10 @@ void Scene::append(const Scene& other) {
     added.thickness = body.thickness;
     const auto triangles = other.triangles().subspan(body.first_triangle, body.triangle_count);
     both.triangles_.insert(both.triangles_.end(), triangles.begin(), triangles.end());
+    const auto factors =
+        other.triangle_stiffnesses().subspan(body.first_triangle, body.triangle_count);
+    both.triangle_stiffnesses_.insert(both.triangle_stiffnesses_.end(), factors.begin(),
+                                      factors.end());
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       both.tets_.push_back(other.tets_[t]);
       both.stiffnesses_.push_back(other.stiffnesses_[t]);

@@ -14,7 +14,7 @@ namespace pbdsurg {
 /// @throws InvalidArgument  see Scene::add_link()
 void check_link(const std::string& what, const Link& link, Index vertex_count);
 
-/// @param what  the tetrahedron's name
+/// @param what  the tetrahedron's or triangle's name
 /// @throws InvalidArgument  see Scene::set_stiffnesses()
 void check_stiffness_factor(const std::string& what, float factor);
 

@@ -66,6 +66,8 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
     }
   }
   data.triangle_masses = UndoArray(std::move(triangle_masses));
+  data.triangle_stiffnesses = UndoArray(
+      std::vector<float>(scene.triangle_stiffnesses().begin(), scene.triangle_stiffnesses().end()));
   data.links = UndoArray(std::vector<Link>(scene.links().begin(), scene.links().end()));
   data.link_alive = UndoArray(std::vector<std::uint8_t>(scene.links().size(), 1));
   data.hinges = UndoArray(std::vector<Hinge>(scene.hinges().begin(), scene.hinges().end()));
@@ -109,9 +111,10 @@ std::size_t bytes_of(const TissueChange& change) {
   };
   const TopologyEdit& edit = change.edit;
   return sum(edit.remove_tets, edit.remove_triangles, edit.remove_links, edit.remove_bodies,
-             edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.fibres, edit.link_lengths,
-             edit.fix_vertices, edit.unfix_vertices, edit.new_vertices, edit.corner_moves,
-             edit.triangle_moves, edit.link_moves, edit.new_tets, edit.new_links) +
+             edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.triangle_stiffnesses,
+             edit.fibres, edit.link_lengths, edit.fix_vertices, edit.unfix_vertices,
+             edit.new_vertices, edit.corner_moves, edit.triangle_moves, edit.link_moves,
+             edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
              change.removed_triangles, change.removed_links, change.removed_hinges,
              change.moved_hinges, change.emptied_vertices, change.weighed_vertices,
@@ -145,6 +148,9 @@ void carry_out(TissueData& data, const TopologyEdit& edit) {
   }
   for (const StiffnessChange& change : edit.stiffnesses) {
     data.stiffnesses.set(change.tet, change.factor);
+  }
+  for (const TriangleStiffnessChange& change : edit.triangle_stiffnesses) {
+    data.triangle_stiffnesses.set(change.triangle, change.factor);
   }
   for (const FibreChange& change : edit.fibres) {
     data.fibres.set(change.tet, change.fibre);
@@ -405,6 +411,11 @@ std::span<const Triangle> Tissue::triangles() const noexcept {
 double Tissue::triangle_mass(Index triangle) const {
   check_id("triangle", triangle, data_->triangles.values().size());
   return data_->triangle_masses[triangle];
+}
+
+float Tissue::triangle_stiffness(Index triangle) const {
+  check_id("triangle", triangle, data_->triangles.values().size());
+  return data_->triangle_stiffnesses[triangle];
 }
 
 std::span<const Edge> Tissue::edges() const noexcept {

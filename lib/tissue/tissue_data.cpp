@@ -153,11 +153,12 @@ Index TissueData::add_tet(const Tet& vertices, Index body, double mass, float st
   return tets.size() - 1;
 }
 
-void TissueData::add_triangle(const Triangle& vertices, double mass) {
+void TissueData::add_triangle(const Triangle& vertices, double mass, float stiffness) {
   const Index id = triangles.size();
   triangles.push_back(vertices);
   triangle_alive.push_back(1);
   triangle_masses.push_back(mass);
+  triangle_stiffnesses.push_back(stiffness);
   resize_vertex_lists();  // the first of all
   for (const Index v : vertices) {
     vertex_triangles.insert(v, id);

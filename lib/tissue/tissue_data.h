@@ -46,6 +46,7 @@ struct TissueData {
   UndoArray<Triangle> triangles;           // [triangle_count] of sheets
   UndoArray<std::uint8_t> triangle_alive;  // [triangle_count]
   UndoArray<double> triangle_masses;       // [triangle_count] kg
+  UndoArray<float> triangle_stiffnesses;   // [triangle_count] times that of the sheet's material
   VertexLists vertex_triangles;  // [vertex_count] of the living; empty where there are none
 
   UndoArray<Edge> edges;                // [edge_count]
@@ -78,7 +79,8 @@ struct TissueData {
     visit(rest_positions), visit(fixed), visit(masses), visit(vertex_tets), visit(vertex_links);
     visit(tets), visit(tet_edges), visit(tet_alive), visit(tet_masses);
     visit(stiffnesses), visit(fibres);
-    visit(triangles), visit(triangle_alive), visit(triangle_masses), visit(vertex_triangles);
+    visit(triangles), visit(triangle_alive), visit(triangle_masses), visit(triangle_stiffnesses);
+    visit(vertex_triangles);
     visit(edges), visit(edge_tets), visit(links), visit(link_alive);
     visit(hinges), visit(hinge_alive), visit(vertex_hinges);
   }
@@ -105,7 +107,7 @@ struct TissueData {
   void add_vertex(const NewVertex& vertex);
   Index add_edge(const Edge& ends);
   Index add_tet(const Tet& vertices, Index body, double mass, float stiffness, const Fibre& fibre);
-  void add_triangle(const Triangle& vertices, double mass);
+  void add_triangle(const Triangle& vertices, double mass, float stiffness);
   void add_link(const Link& link);
   void add_hinge(const Hinge& hinge);
   void resize_vertex_lists();  // to the vertices that there are

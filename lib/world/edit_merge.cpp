@@ -91,10 +91,11 @@ bool has_body(const Scene& scene, const std::string& name) {
 bool is_empty(const TopologyEdit& edit) noexcept {
   return edit.remove_tets.empty() && edit.remove_triangles.empty() && edit.remove_links.empty() &&
          edit.remove_bodies.empty() && edit.rest_lengths.empty() && edit.rest_volumes.empty() &&
-         edit.stiffnesses.empty() && edit.fibres.empty() && edit.link_lengths.empty() &&
-         edit.fix_vertices.empty() && edit.unfix_vertices.empty() && edit.new_vertices.empty() &&
-         edit.corner_moves.empty() && edit.triangle_moves.empty() && edit.link_moves.empty() &&
-         edit.new_tets.empty() && edit.new_links.empty() && edit.new_bodies.bodies().empty();
+         edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty() && edit.fibres.empty() &&
+         edit.link_lengths.empty() && edit.fix_vertices.empty() && edit.unfix_vertices.empty() &&
+         edit.new_vertices.empty() && edit.corner_moves.empty() && edit.triangle_moves.empty() &&
+         edit.link_moves.empty() && edit.new_tets.empty() && edit.new_links.empty() &&
+         edit.new_bodies.bodies().empty();
 }
 
 bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
@@ -118,6 +119,7 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
   append(edit.rest_lengths, request.rest_lengths);
   append(edit.rest_volumes, request.rest_volumes);
   append(edit.stiffnesses, request.stiffnesses);
+  append(edit.triangle_stiffnesses, request.triangle_stiffnesses);
   append(edit.fibres, request.fibres);
   append(edit.link_lengths, request.link_lengths);
   append_new(edit.fix_vertices, request.fix_vertices);
@@ -167,6 +169,8 @@ void EarlierEdits::adapt(TopologyEdit& edit, const Tissue& tissue) const {
   std::ranges::for_each(edit.corner_moves, shift_tet, &CornerMove::tet);
   std::ranges::for_each(edit.new_tets, shift_tet, &NewTet::parent);
   std::ranges::for_each(edit.remove_triangles, shift_triangle);
+  std::ranges::for_each(edit.triangle_stiffnesses, shift_triangle,
+                        &TriangleStiffnessChange::triangle);
   std::ranges::for_each(edit.triangle_moves, shift_triangle, &TriangleMove::triangle);
   std::ranges::for_each(edit.remove_links, shift_link);
   std::ranges::for_each(edit.link_moves, shift_link, &LinkMove::link);

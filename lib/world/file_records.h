@@ -30,7 +30,7 @@ struct BodyRecord {
   std::vector<Tet> tets;                   ///< of particles none
   std::vector<Triangle> triangles;         ///< of a sheet
   float thickness = 0;                     ///< m, of a sheet; 0: none
-  std::vector<float> stiffnesses;          ///< [tet_count], or none where all are 1
+  std::vector<float> stiffnesses;          ///< [tet_count or triangle_count], or none: all are 1
   std::vector<Fibre> fibres;               ///< [tet_count], or none where there are none
   double particle_mass = 0;                ///< kg; 0: not of particles
   std::vector<Index> fixed;                ///< vertices
@@ -216,6 +216,11 @@ void visit_members(Record& change, Visit& visit) {
   auto& [tet, factor] = change;
   visit(tet, factor);
 }
+template <RecordOf<TriangleStiffnessChange> Record, class Visit>
+void visit_members(Record& change, Visit& visit) {
+  auto& [triangle, factor] = change;
+  visit(triangle, factor);
+}
 template <RecordOf<FibreChange> Record, class Visit>
 void visit_members(Record& change, Visit& visit) {
   auto& [tet, fibre] = change;
@@ -254,11 +259,12 @@ void visit_members(Record& tet, Visit& visit) {
 template <RecordOf<TopologyEdit> Record, class Visit>
 void visit_members(Record& edit, Visit& visit) {
   auto& [remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
-         stiffnesses, fibres, link_lengths, fix_vertices, unfix_vertices, new_vertices,
-         corner_moves, triangle_moves, link_moves, new_tets, new_links, new_bodies] = edit;
+         stiffnesses, triangle_stiffnesses, fibres, link_lengths, fix_vertices, unfix_vertices,
+         new_vertices, corner_moves, triangle_moves, link_moves, new_tets, new_links, new_bodies] =
+      edit;
   visit(remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
         stiffnesses);
-  visit(fibres, link_lengths);
+  visit(triangle_stiffnesses, fibres, link_lengths);
   visit(fix_vertices, unfix_vertices, new_vertices, corner_moves, triangle_moves, link_moves);
   visit(new_tets, new_links, new_bodies);
 }

@@ -160,12 +160,14 @@ std::vector<Eigen::Vector3d> World::rest_centers_of(BodyId body) const {
   const Scene& scene = data_->scene;
   const Body& own = scene.body(data_->bodies.in_tissue(body));
   std::vector<Eigen::Vector3d> centers;
-  for (Index t = own.first_tet; t < own.first_tet + own.tet_count; ++t) {
+  const auto add = [&](const auto& corners) {
     Eigen::Vector3d& center = centers.emplace_back(Eigen::Vector3d::Zero());
-    for (const Index v : scene.tets()[t]) {
-      center += scene.positions()[v] / 4;
+    for (const Index v : corners) {
+      center += scene.positions()[v] / static_cast<double>(corners.size());
     }
-  }
+  };
+  std::ranges::for_each(scene.tets().subspan(own.first_tet, own.tet_count), add);
+  std::ranges::for_each(scene.triangles().subspan(own.first_triangle, own.triangle_count), add);
   return centers;
 }
 

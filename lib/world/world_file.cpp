@@ -80,7 +80,9 @@ SceneRecord record_of(const Scene& scene) {
       own.triangles.push_back(triangle);
     }
     const auto stiffnesses =
-        scene.stiffnesses().subspan(static_cast<std::size_t>(body.first_tet), own.tets.size());
+        is_sheet(body)
+            ? scene.triangle_stiffnesses().subspan(body.first_triangle, body.triangle_count)
+            : scene.stiffnesses().subspan(body.first_tet, body.tet_count);
     if (std::ranges::any_of(stiffnesses, [](float factor) { return factor != 1; })) {
       own.stiffnesses.assign(stiffnesses.begin(), stiffnesses.end());
     }
@@ -108,7 +110,7 @@ SceneRecord record_of(const Scene& scene) {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'B', 'D', 'W', 'O', 'R', 'L', 'D'};
-constexpr std::uint32_t kFormatVersion = 7;
+constexpr std::uint32_t kFormatVersion = 8;
 constexpr std::size_t kSizeOffset = kMagic.size() + sizeof(kFormatVersion);
 constexpr std::size_t kHeadBytes = kSizeOffset + sizeof(std::uint64_t);
 constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);

@@ -376,6 +376,13 @@ void EditMaker::fix_some() {
       edit_.fibres.push_back({t, make_fibre(choices_)});
     }
   }
+  const auto has_triangle = [&](Index t) { return solver_.tissue().is_triangle_alive(t); };
+  const std::vector<Index> triangles = find_all(triangle_uses_.size(), has_triangle);
+  if (!triangles.empty()) {
+    for (const Index t : pick_some(triangles, 5, choices_)) {
+      edit_.triangle_stiffnesses.push_back({t, 0.5F * static_cast<float>(1 + choices_.below(5))});
+    }
+  }
   const auto is_free = [&](Index l) { return is_link_free(l); };
   for (const Index l : pick_some(find_all(solver_.tissue().links().size(), is_free), 3, choices_)) {
     edit_.link_lengths.push_back({l, 1e-3F * static_cast<float>(choices_.below(4))});

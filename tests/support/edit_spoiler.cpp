@@ -117,6 +117,17 @@ class Spoiler {
   bool spoil_stiffness() {
     const float bad_value =
         choices_.one_of(std::array{0.0F, -1.0F, 5e-4F, 1001.0F, kNan, kInfinite});
+    if (!live_triangles_.empty() && choices_.below(2) == 0) {
+      if (choices_.below(2) == 0) {
+        edit_.triangle_stiffnesses = {{choices_.one_of(live_triangles_), bad_value}};
+      } else {
+        spoil_ids(choices_, edit_.triangle_stiffnesses, data_.tissue->triangles().size(),
+                  live_triangles_, [](Index t) {
+                    return TriangleStiffnessChange{t, 2};
+                  });
+      }
+      return true;
+    }
     const auto springs = find_all(data_.tissue->tets().size(), [&](Index t) {
       const Body& body = data_.tissue->body(data_.tissue->body_of_tet(t));
       return data_.tissue->is_tet_alive(t) && body.material.model == ElasticModel::springs;

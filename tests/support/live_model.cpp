@@ -41,6 +41,8 @@ void LiveModel::add_bodies(const Scene& added) {
   const auto first_tet = static_cast<Index>(tets.size());
   const auto first_triangle = static_cast<Index>(triangles.size());
   stiffnesses.insert(stiffnesses.end(), added.stiffnesses().begin(), added.stiffnesses().end());
+  sheet_stiffnesses.insert(sheet_stiffnesses.end(), added.triangle_stiffnesses().begin(),
+                           added.triangle_stiffnesses().end());
   fibres.insert(fibres.end(), added.fibres().begin(), added.fibres().end());
   points.insert(points.end(), added.positions().begin(), added.positions().end());
   for (Index v = 0; v < added.vertex_count(); ++v) {
@@ -201,6 +203,9 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   }
   for (const StiffnessChange& change : edit.stiffnesses) {
     stiffnesses[change.tet] = change.factor;
+  }
+  for (const TriangleStiffnessChange& change : edit.triangle_stiffnesses) {
+    sheet_stiffnesses[change.triangle] = change.factor;
   }
   for (const FibreChange& change : edit.fibres) {
     fibres[change.tet] = change.fibre;

@@ -70,8 +70,13 @@ Scene make_bodies(const Solver& solver, Choices& choices) {
     }
     if (kind == 1 && !solver.tissue().triangles().empty()) {
       const SheetMesh sheet = make_sheet({1 + choices.below(3), 1}, kEdge);
-      scene.add_sheet(name, sheet.positions, sheet.triangles,
-                      {.damping = choices.below(3) == 0 ? 1e-3F : 0.0F});
+      const Index added = scene.add_sheet(name, sheet.positions, sheet.triangles,
+                                          {.damping = choices.below(3) == 0 ? 1e-3F : 0.0F});
+      if (choices.below(2) == 0) {
+        std::vector<float> factors(sheet.triangles.size());
+        std::ranges::generate(factors, [&] { return 0.5F * (1 + choices.below(5)); });
+        scene.set_stiffnesses(added, factors);
+      }
       continue;
     }
     const TetMesh mesh = make_mesh(choices);

@@ -65,7 +65,10 @@ class SheetProgram {
         }
         break;
       case 1:
-        solver.tissue().apply({.remove_triangles = some_triangles(solver, round)});
+        solver.tissue().apply(
+            {.remove_triangles = some_triangles(solver, round),
+             .triangle_stiffnesses = {{some_triangles(solver, round + 1)[0],
+                                       0.5F * static_cast<float>(round % 7 + 1)}}});
         break;
       case 2:
       case 5:

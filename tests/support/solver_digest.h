@@ -149,6 +149,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
   digest.mix_all(data.tissue->masses());
   digest.mix_all(tissue.fixed.values());
   digest.mix_all(tissue.stiffnesses.values());
+  digest.mix_all(tissue.triangle_stiffnesses.values());
   for (const Fibre& fibre : tissue.fibres.values()) {
     digest.mix_all(fibre.direction);
     digest.mix(fibre.stiffness);

@@ -11,6 +11,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/cautery_block.h"
+#include "tests/support/sheet_meshes.h"
 
 namespace pbdsurg {
 namespace {
@@ -114,6 +115,62 @@ TEST_CASE("stiffening: no more tetrahedra stiffen in an update than the limit", 
             static_cast<float>(stiffened(block.body.properties, block.survival(t))));
     }
   }
+}
+
+// Would catch sheets that stay as soft as they were, another law than that of solids, and elements
+// of one kind that a limit does not count.
+TEST_CASE("stiffening: a sheet is as stiff as what of it has coagulated says", "[unit]") {
+  const Index limit = GENERATE(0, 3);
+  const testing::SheetMesh mesh = testing::make_sheet({16, 16}, 1e-3, 0.1);
+  Scene scene;
+  scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.damping = 1e-3F});
+  std::vector<float> factors(mesh.triangles.size(), 1);
+  constexpr Index kScar = 16 * 16 + 16;  // in the middle
+  factors[kScar] = 10;
+  scene.set_stiffnesses(0, factors);
+  scene.set_gravity({0, 0, 0});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5e-3 || x.x() > 15.5e-3; });
+  Solver solver(scene, {.damping = 20});
+  const ThermalBody body{0, stiffening(double{kStiffness})};
+  Cautery cautery(solver.tissue(), std::span(&body, 1), {.shrink_limit = limit});
+  const Electrode tip = testing::point({8e-3F, 8e-3F, 0.2e-3F});
+  Index most = 0, last = 0;
+  const auto update = [&](const std::optional<GeneratorSettings>& generator) {
+    const CauteryReport report = cautery.update(solver, tip, generator, 5e-3);
+    CHECK(report.edit.edit.stiffnesses.empty());
+    last = static_cast<Index>(report.edit.edit.triangle_stiffnesses.size());
+    most = std::max(most, last);
+  };
+  for (int i = 0; i < 100; ++i) {
+    update(coagulate_settings(25));
+  }
+  for (int i = 0; i < 2000 && (i == 0 || last > 0); ++i) {
+    update(std::nullopt);
+  }
+  CHECK((limit == 0 ? most > 3 : most == 3));
+  const Tissue& tissue = solver.tissue();
+  Index coagulated = 0, untouched = 0;
+  for (Index t = 0; t < static_cast<Index>(tissue.triangles().size()); ++t) {
+    if (!tissue.is_triangle_alive(t)) {
+      continue;
+    }
+    double survival = 0;
+    for (const Index v : tissue.triangles()[static_cast<std::size_t>(t)]) {
+      survival += cautery.field().survival()[static_cast<std::size_t>(v)] / 3;
+    }
+    const auto expected = static_cast<float>(stiffened(body.properties, survival));
+    CAPTURE(t, expected);
+    if (t == kScar) {
+      CHECK(tissue.triangle_stiffness(t) == 10);
+      continue;
+    }
+    CHECK(tissue.triangle_stiffness(t) <= expected);
+    CHECK(tissue.triangle_stiffness(t) * kStep > expected);
+    coagulated += tissue.triangle_stiffness(t) > 0.9F * kStiffness ? 1 : 0;
+    untouched += tissue.triangle_stiffness(t) == 1 ? 1 : 0;
+  }
+  CHECK(coagulated > 10);
+  CHECK(untouched > 10);
 }
 
 // Would catch a cautery that remembers what an undo took back.

@@ -121,6 +121,40 @@ TEST_CASE("world sheet: a file goes on as the world that was saved, to the bit",
   }
 }
 
+// Would catch a world that gives factors to others, and a file that forgets them or their edits.
+TEST_CASE("world sheet: has how stiff its triangles are, and so has its file", "[property]") {
+  SheetWorld slab;
+  slab.world.set_stiffnesses(
+      slab.sheet, [](const Eigen::Vector3d& x) { return x.x() > 3 * kEdge ? 4.0F : 1.0F; });
+  slab.world.record();
+  slab.world.step(kDt);
+  slab.world.edit({.triangle_stiffnesses = {{7, 2}}});
+  slab.world.edit({.remove_triangles = {3}, .triangle_stiffnesses = {{59, 0.5F}}});
+  REQUIRE(slab.world.step(kDt).ok());
+  const testing::TemporaryFolder folder;
+  write_world(folder / "a.world", slab.world.save());
+  World read = read_world(folder / "a.world", executor::threads(1)), saved(slab.world.save());
+  for (World* const each : {&slab.world, &read, &saved}) {
+    const Tissue& tissue = each->tissue();
+    CHECK(tissue.triangle_stiffness(7) == 2);
+    CHECK(tissue.triangle_stiffness(59) == 0.5F);
+    for (const Index t : {0, 5, 6, 11, 29, 30}) {
+      double x = 0;
+      for (const Index v : tissue.triangles()[static_cast<std::size_t>(t)]) {
+        x += tissue.rest_positions()[static_cast<std::size_t>(v)].x() / 3;
+      }
+      CHECK(tissue.triangle_stiffness(t) == (x > 3 * kEdge ? 4 : 1));
+    }
+  }
+  for (int i = 0; i < 5; ++i) {
+    REQUIRE(read.solver().state_hash() == slab.world.solver().state_hash());
+    REQUIRE(saved.solver().state_hash() == slab.world.solver().state_hash());
+    slab.world.step(kDt);
+    read.step(kDt);
+    saved.step(kDt);
+  }
+}
+
 // Would catch a part that takes sheets and does nothing for them.
 TEST_CASE("world sheet: who has nothing to do with sheets says so", "[unit]") {
   SheetWorld slab;
@@ -138,12 +172,19 @@ TEST_CASE("world sheet: who has nothing to do with sheets says so", "[unit]") {
 // or come after others.
 TEST_CASE("world sheet: edits of several sources become one", "[unit]") {
   constexpr Index kVertices = 10;
-  TopologyEdit edit{
-      .remove_triangles = {4, 2}, .new_vertices = {{1, 1}}, .triangle_moves = {{3, 1, kVertices}}};
-  REQUIRE(merge(
-      edit,
-      {.remove_triangles = {2, 7}, .new_vertices = {{5, 5}}, .triangle_moves = {{6, 5, kVertices}}},
-      kVertices));
+  TopologyEdit edit{.remove_triangles = {4, 2},
+                    .triangle_stiffnesses = {{1, 2}},
+                    .new_vertices = {{1, 1}},
+                    .triangle_moves = {{3, 1, kVertices}}};
+  REQUIRE(merge(edit,
+                {.remove_triangles = {2, 7},
+                 .triangle_stiffnesses = {{8, 3}},
+                 .new_vertices = {{5, 5}},
+                 .triangle_moves = {{6, 5, kVertices}}},
+                kVertices));
+  REQUIRE(edit.triangle_stiffnesses.size() == 2);
+  CHECK(edit.triangle_stiffnesses[1].triangle == 8);
+  CHECK_FALSE(is_empty({.triangle_stiffnesses = {{0, 2}}}));
   CHECK(edit.remove_triangles == std::vector<Index>{4, 2, 7});
   REQUIRE(edit.triangle_moves.size() == 2);
   CHECK(edit.triangle_moves[1].to == kVertices + 1);
@@ -155,10 +196,14 @@ TEST_CASE("world sheet: edits of several sources become one", "[unit]") {
   scene.add_sheet("sheet", mesh.positions, mesh.triangles);
   Tissue tissue(scene);
   EarlierEdits earlier(tissue);
-  TopologyEdit later{.remove_triangles = {0, 3}};
-  earlier.note(tissue.apply({.remove_triangles = {0}}));
+  TopologyEdit later{.remove_triangles = {0, 3}, .triangle_stiffnesses = {{4, 2}, {8, 2}}};
+  TopologyEdit first{.remove_triangles = {0}};
+  first.new_bodies.add_sheet("guest", mesh.positions, mesh.triangles);
+  earlier.note(tissue.apply(first));
   earlier.adapt(later, tissue);
   CHECK(later.remove_triangles == std::vector<Index>{3});
+  CHECK(later.triangle_stiffnesses[0].triangle == 4);
+  CHECK(later.triangle_stiffnesses[1].triangle == 16);  // that does not exist, as before
 }
 
 }  // namespace pbdsurg

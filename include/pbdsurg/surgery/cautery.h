@@ -56,7 +56,7 @@ struct CauteryOptions {
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
-  /// Tetrahedra, and edges, whose rest shape one update changes at most, and tetrahedra whose
+  /// Tetrahedra, and edges, whose rest shape one update changes at most, and elements whose
   /// stiffness, those farthest behind first; the others wait. Bounds what an edit costs; 0: no
   /// bound.
   Index shrink_limit = 0;
@@ -128,16 +128,15 @@ struct CauterySnapshot {
 ///
 /// A generator drives current from where the electrode touches the surface of live tissue; its heat
 /// stiffens the tissue as it coagulates, to ThermalProperties::coagulated_stiffness in a
-/// Neo-Hookean body that was no stiffer, and boils it; it shrinks as it loses water and collagen,
-/// and goes when it is dry or when steam tears it (or, by the paper's rule, when four vertices have
-/// boiled). Where edges are longer than a disk as large as the contact is wide, its closed form
-/// takes the place of the potential. Removal never outruns energy: all that heat has removed would
-/// have cost no more to boil dry than what has been delivered; what is dry beyond that waits, what
-/// steam would tear boils on.
+/// Neo-Hookean body or a sheet that was no stiffer, and boils it; it shrinks as it loses water and
+/// collagen, and goes when it is dry or when steam tears it (or, by the paper's rule, when four
+/// vertices have boiled). Where edges are longer than a disk as large as the contact is wide, its
+/// closed form takes the place of the potential. Removal never outruns energy: all that heat has
+/// removed would have cost no more to boil dry than what has been delivered; what is dry beyond
+/// that waits, what steam would tear boils on.
 ///
-/// A sheet takes part in all of it but three: its triangles neither stiffen nor shrink, as they
-/// keep stiffness and rest shape, and the closed form of a disk is not for it, as current spreads
-/// in its plane alone.
+/// A sheet takes part in all of it but two: its triangles do not shrink, as they keep their rest
+/// shape, and the closed form of a disk is not for it, as current spreads in its plane alone.
 ///
 /// Undoing an edit does not take back the heat that led to it: what heat removed goes again in the
 /// next update. A snapshot() goes back in heat, a WorldState in all.

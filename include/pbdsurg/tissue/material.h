@@ -24,7 +24,8 @@ enum class ElasticModel : std::uint8_t {
 /// substeps.
 inline constexpr float kLargestCompliance = 1e12F;
 
-/// How many times as stiff as its body's material a tetrahedron may be, at least.
+/// How many times as stiff as its body's material a tetrahedron, or a triangle of a sheet, may be,
+/// at least.
 inline constexpr float kSmallestStiffness = 1e-3F;
 /// And at most.
 inline constexpr float kLargestStiffness = 1e3F;

@@ -95,12 +95,13 @@ class PBDSURG_API Scene {
   template <class Condition>
   Index fix_where(Index body, Condition condition);
 
-  /// Makes a Neo-Hookean body stiffer in some places than in others, in place of what was set
-  /// before.
-  /// @param factors  [tet_count of the body] how many times as stiff as the body's material each
-  ///                 tetrahedron is, in [kSmallestStiffness, kLargestStiffness]
-  /// @throws InvalidArgument  naming the body that is not Neo-Hookean, or the tetrahedron and its
-  ///                          factor, or if the sizes differ; then nothing has changed
+  /// Makes a Neo-Hookean body, or a sheet, stiffer in some places than in others, in place of what
+  /// was set before. A hinge of a sheet is as many times as stiff as its two triangles in the mean.
+  /// @param factors  [tet_count of the body, or triangle_count of the sheet] how many times as
+  ///                 stiff as the body's material each tetrahedron or triangle is, in
+  ///                 [kSmallestStiffness, kLargestStiffness]
+  /// @throws InvalidArgument  naming the body that is neither, or the tetrahedron or triangle and
+  ///                          its factor, or if the sizes differ; then nothing has changed
   void set_stiffnesses(Index body, std::span<const float> factors);
 
   /// Gives the tetrahedra of a Neo-Hookean body fibres, in place of those that they had. Compliance
@@ -185,6 +186,11 @@ class PBDSURG_API Scene {
   /// [tet_count] see set_stiffnesses(); 1 where nothing was set.
   [[nodiscard]] std::span<const float> stiffnesses() const noexcept { return stiffnesses_; }
 
+  /// [triangle_count] likewise.
+  [[nodiscard]] std::span<const float> triangle_stiffnesses() const noexcept {
+    return triangle_stiffnesses_;
+  }
+
   /// [tet_count] see set_fibres(); of no stiffness where nothing was set.
   [[nodiscard]] std::span<const Fibre> fibres() const noexcept { return fibres_; }
 
@@ -211,7 +217,7 @@ class PBDSURG_API Scene {
   std::vector<bool> fixed_;
   std::vector<Tet> tets_;
   std::vector<Triangle> triangles_;
-  std::vector<float> stiffnesses_;
+  std::vector<float> stiffnesses_, triangle_stiffnesses_;
   std::vector<Fibre> fibres_;
   std::vector<Link> links_;
   std::vector<Hinge> hinges_;

@@ -193,6 +193,9 @@ class PBDSURG_API Tissue {
   /// kg
   [[nodiscard]] double triangle_mass(Index triangle) const;
 
+  /// How many times as stiff as the material of its sheet a triangle is.
+  [[nodiscard]] float triangle_stiffness(Index triangle) const;
+
   /// [edge_count] of tetrahedra: vertices of every edge there ever was, smaller first. Sorted until
   /// an edit adds vertices.
   [[nodiscard]] std::span<const Edge> edges() const noexcept;

@@ -34,6 +34,13 @@ struct StiffnessChange {
   float factor;  ///< in [kSmallestStiffness, kLargestStiffness]; 1: as its body's material
 };
 
+/// The same of a triangle of a sheet: its membrane is scaled, and the bending of a hinge by the
+/// mean of its two triangles.
+struct TriangleStiffnessChange {
+  Index triangle;  ///< live, each once
+  float factor;    ///< in [kSmallestStiffness, kLargestStiffness]; 1: as its sheet's material
+};
+
 /// Other fibres of a live tetrahedron of a Neo-Hookean body. What divides it has the same.
 struct FibreChange {
   Index tet;    ///< live, each once
@@ -97,11 +104,12 @@ struct TopologyEdit {
   /// Whole bodies, particles and sheets included. Nothing of theirs can be moved, divided or linked
   /// by the same edit, nor be listed in remove_tets or remove_triangles.
   std::vector<Index> remove_bodies{};
-  std::vector<RestLengthChange> rest_lengths{};  ///< of edges
-  std::vector<RestVolumeChange> rest_volumes{};  ///< of tetrahedra
-  std::vector<StiffnessChange> stiffnesses{};    ///< of tetrahedra
-  std::vector<FibreChange> fibres{};             ///< of tetrahedra
-  std::vector<LinkLengthChange> link_lengths{};  ///< of links
+  std::vector<RestLengthChange> rest_lengths{};                 ///< of edges
+  std::vector<RestVolumeChange> rest_volumes{};                 ///< of tetrahedra
+  std::vector<StiffnessChange> stiffnesses{};                   ///< of tetrahedra
+  std::vector<TriangleStiffnessChange> triangle_stiffnesses{};  ///< of triangles
+  std::vector<FibreChange> fibres{};                            ///< of tetrahedra
+  std::vector<LinkLengthChange> link_lengths{};                 ///< of links
   /// Vertices that stop where they are, and stay there in all copies, as those that the scene
   /// fixed: free ones, each once. They must have tissue, before and after the edit.
   std::vector<Index> fix_vertices{};

@@ -11,6 +11,7 @@
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
+#include "lib/tissue/hinges.h"
 
 namespace pbdsurg {
 namespace {
@@ -64,6 +65,15 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   for (const StiffnessChange& stiffness : change.edit.stiffnesses) {
     if (tissue.is_tet_alive(stiffness.tet)) {
       blocks.set_tet(stiffness.tet, vertex_tet(data_, tissue, stiffness.tet));
+    }
+  }
+  for (const TriangleStiffnessChange& stiffness : change.edit.triangle_stiffnesses) {
+    const Index triangle = stiffness.triangle;
+    if (tissue.is_triangle_alive(triangle)) {
+      blocks.set_triangle(triangle, vertex_triangle(data_, tissue, triangle));
+      for_each_hinge_of(tissue_data(tissue), tissue.triangles()[triangle], [&](Index hinge) {
+        blocks.set_hinge(hinge, vertex_hinge(data_, tissue, hinge));
+      });
     }
   }
   for (const FibreChange& fibre : change.edit.fibres) {

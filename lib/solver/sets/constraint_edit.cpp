@@ -10,8 +10,10 @@
 #include "lib/solver/sets/constraint_sets.h"
 #include "lib/solver/sets/fibre_record.h"
 #include "lib/solver/sets/free_groups.h"
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/sets/stiff_links.h"
+#include "lib/tissue/hinges.h"
 #include "lib/tissue/split_tets.h"
 
 namespace pbdsurg {
@@ -57,6 +59,11 @@ class ConstraintSets::Edit {
       set_stiffness(of<NeoHookeanConstraint>(), change.tet, material, change.factor);
       log<NeoHookeanConstraint>(change.tet);
     }
+    for (const TriangleStiffnessChange& change : change_.edit.triangle_stiffnesses) {
+      const Body& sheet = tissue_.bodies()[tissue_.body_of_triangle(change.triangle)];
+      set_stiffness(of<MembraneConstraint>(), change.triangle, sheet, change.factor);
+      log<MembraneConstraint>(change.triangle);
+    }
     for (const LinkLengthChange& change : change_.edit.link_lengths) {
       set_link_length(change);
     }
@@ -88,6 +95,9 @@ class ConstraintSets::Edit {
     }
     for (const Index hinge : change_.moved_hinges) {
       set_places<BendingConstraint>(hinge, tissue_.hinges()[hinge].vertices);
+    }
+    for (const TriangleStiffnessChange& change : change_.edit.triangle_stiffnesses) {
+      set_hinge_stiffnesses(change.triangle);
     }
     add_bodies();
     for (auto l = static_cast<std::size_t>(change_.first_new_link); l < tissue_.links().size();
@@ -188,6 +198,20 @@ class ConstraintSets::Edit {
       fibres.set_parameter(tet, static_cast<FibreConstraint::Parameter>(p), numbers[p]);
     }
     log<FibreConstraint>(tet);
+  }
+
+  // Of what is left of them at the end of the edit.
+  void set_hinge_stiffnesses(Index triangle) {
+    if (!tissue_.is_triangle_alive(triangle)) {
+      return;
+    }
+    const Triangle& corners = tissue_.triangles()[triangle];
+    for_each_hinge_of(tissue_data(tissue_), corners, [&](Index hinge) {
+      const auto numbers = hinge_numbers(tissue_, hinge);
+      of<BendingConstraint>().set_parameter(hinge, BendingConstraint::kStiffness,
+                                            numbers[BendingConstraint::kStiffness]);
+      log<BendingConstraint>(hinge);
+    });
   }
 
   void set_link_length(const LinkLengthChange& change) {

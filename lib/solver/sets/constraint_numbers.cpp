@@ -12,6 +12,7 @@
 #include "lib/solver/sets/fibre_record.h"
 #include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
+#include "lib/tissue/hinges.h"
 #include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
@@ -50,15 +51,18 @@ TetNumbers tet_numbers(std::span<const Eigen::Vector3d> positions, const Tet& te
   return numbers;
 }
 
+// @param stiffness  times that of its rigidity
 Numbers<BendingConstraint> hinge_numbers(std::span<const Eigen::Vector3d> positions,
-                                         const Hinge& hinge, const Material& material) {
+                                         const Hinge& hinge, const Material& material,
+                                         double stiffness) {
   Vec3<double> x[4];
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Vector3d& position = positions[hinge.vertices[k]];
     x[k] = {position.x(), position.y(), position.z()};
   }
   const HingeAtRest rest = hinge_at_rest(x, hinge.rigidity);
-  return {static_cast<float>(rest.turn), static_cast<float>(1 / rest.stiffness), material.damping};
+  return {static_cast<float>(rest.turn), static_cast<float>(1 / (stiffness * rest.stiffness)),
+          material.damping};
 }
 
 const Material& material_of(std::span<const Body> bodies, Index vertex) {
@@ -102,15 +106,17 @@ ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edge
     }
   }
   for (const Body& body : scene.bodies()) {
-    for (const Triangle& triangle :
-         scene.triangles().subspan(body.first_triangle, body.triangle_count)) {
-      numbers.triangles.emplace_back(
-          make_membrane(scene.positions(), triangle, {}, body).parameters);
+    for (Index t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+      numbers.triangles.emplace_back(make_membrane(scene.positions(), scene.triangles()[t], {},
+                                                   body, scene.triangle_stiffnesses()[t])
+                                         .parameters);
     }
   }
-  for (const Hinge& hinge : scene.hinges()) {
-    numbers.hinges.emplace_back(
-        hinge_numbers(scene.positions(), hinge, material_of(scene.bodies(), hinge.vertices[0])));
+  const std::vector<double> stiffnesses = hinge_stiffnesses(scene);
+  for (std::size_t h = 0; h < stiffnesses.size(); ++h) {
+    const Hinge& hinge = scene.hinges()[h];
+    numbers.hinges.emplace_back(hinge_numbers(
+        scene.positions(), hinge, material_of(scene.bodies(), hinge.vertices[0]), stiffnesses[h]));
   }
   return numbers;
 }
@@ -137,20 +143,25 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
   numbers.triangles.resize(tissue.triangles().size());
   for (Index t = 0; t < static_cast<Index>(numbers.triangles.size()); ++t) {
     if (tissue.is_triangle_alive(t)) {
-      numbers.triangles[t] = make_membrane(positions, tissue.triangles()[t], {},
-                                           tissue.bodies()[tissue.body_of_triangle(t)])
-                                 .parameters;
+      numbers.triangles[t] =
+          make_membrane(positions, tissue.triangles()[t], {},
+                        tissue.bodies()[tissue.body_of_triangle(t)], tissue.triangle_stiffness(t))
+              .parameters;
     }
   }
   numbers.hinges.resize(tissue.hinges().size());
   for (Index h = 0; h < static_cast<Index>(numbers.hinges.size()); ++h) {
     if (tissue.is_hinge_alive(h)) {
-      const Hinge& hinge = tissue.hinges()[h];
-      const Body& body = tissue.bodies()[tissue.body_of_vertex(hinge.vertices[0])];
-      numbers.hinges[h] = hinge_numbers(positions, hinge, body.material);
+      numbers.hinges[h] = hinge_numbers(tissue, h);
     }
   }
   return numbers;
+}
+
+Numbers<BendingConstraint> hinge_numbers(const Tissue& tissue, Index hinge) {
+  const Hinge& own = tissue.hinges()[hinge];
+  const Body& body = tissue.bodies()[tissue.body_of_vertex(own.vertices[0])];
+  return hinge_numbers(tissue.rest_positions(), own, body.material, hinge_stiffness(tissue, hinge));
 }
 
 void check_materials(std::span<const Body> bodies, ProjectionMode mode) {

@@ -65,6 +65,9 @@ struct ConstraintNumbers {
 /// The same of a tissue, where what is dead has no constraints.
 [[nodiscard]] ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode);
 
+/// Of a live hinge, whose triangles are as stiff as they are now.
+[[nodiscard]] Numbers<BendingConstraint> hinge_numbers(const Tissue& tissue, Index hinge);
+
 /// @throws InvalidArgument  naming the Neo-Hookean body or the sheet in fraction mode
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
 

@@ -5,10 +5,20 @@
 #include <Eigen/LU>
 
 namespace pbdsurg {
+namespace {
+
+// N/m, the shear modulus times the thickness
+double shear_stiffness(const Body& sheet, float stiffness) noexcept {
+  const double ratio = sheet.material.poissons_ratio;
+  const double mu = double{stiffness} * (sheet.material.youngs_modulus / (2 * (1 + ratio)));
+  return mu * double{sheet.thickness};
+}
+
+}  // namespace
 
 ConstraintRecord<MembraneConstraint> make_membrane(std::span<const Eigen::Vector3d> positions,
                                                    const Triangle& triangle, const Triangle& places,
-                                                   const Body& sheet) {
+                                                   const Body& sheet, float stiffness) {
   const Eigen::Vector3d first = positions[triangle[1]] - positions[triangle[0]];
   const Eigen::Vector3d second = positions[triangle[2]] - positions[triangle[0]];
   const Eigen::Vector3d along = first.normalized();
@@ -16,14 +26,13 @@ ConstraintRecord<MembraneConstraint> make_membrane(std::span<const Eigen::Vector
   sides << first.norm(), along.dot(second), 0, along.cross(second).norm();
   const Eigen::Matrix2d inverse = sides.inverse();
   const double ratio = sheet.material.poissons_ratio;
-  const double mu = sheet.material.youngs_modulus / (2 * (1 + ratio));
   ConstraintRecord<MembraneConstraint> record{places, {}};
   for (int i = 0; i < 4; ++i) {
     record.parameters[MembraneConstraint::kInverseShape + i] =
         static_cast<float>(inverse(i / 2, i % 2));
   }
   record.parameters[MembraneConstraint::kStiffness] =
-      static_cast<float>(mu * double{sheet.thickness} * sides.determinant() / 2);
+      static_cast<float>(shear_stiffness(sheet, stiffness) * sides.determinant() / 2);
   record.parameters[MembraneConstraint::kRatio] = static_cast<float>((1 + ratio) / (1 - ratio));
   record.parameters[MembraneConstraint::kDamping] = sheet.material.damping;
   return record;
@@ -39,6 +48,13 @@ Eigen::Matrix2d rest_sides(const ConstraintRecord<MembraneConstraint>& record) {
 
 double rest_area(const ConstraintRecord<MembraneConstraint>& record) {
   return rest_sides(record).determinant() / 2;
+}
+
+void set_stiffness(ConstraintSlots<MembraneConstraint>& slots, Index triangle, const Body& sheet,
+                   float stiffness) {
+  const double area = rest_area(slots.record(triangle));
+  slots.set_parameter(triangle, MembraneConstraint::kStiffness,
+                      static_cast<float>(shear_stiffness(sheet, stiffness) * area));
 }
 
 }  // namespace pbdsurg

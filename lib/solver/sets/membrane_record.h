@@ -17,14 +17,20 @@ namespace pbdsurg {
 
 /// @param positions  [vertex_count] m, at rest
 /// @param places     of the vertices, see SolverData
+/// @param stiffness  times that of the material
 [[nodiscard]] ConstraintRecord<MembraneConstraint> make_membrane(
     std::span<const Eigen::Vector3d> positions, const Triangle& triangle, const Triangle& places,
-    const Body& sheet);
+    const Body& sheet, float stiffness);
 
 /// m, the sides from its first vertex at rest, in columns, in its plane.
 [[nodiscard]] Eigen::Matrix2d rest_sides(const ConstraintRecord<MembraneConstraint>& record);
 
 /// m^2
 [[nodiscard]] double rest_area(const ConstraintRecord<MembraneConstraint>& record);
+
+/// Gives a live triangle other moduli; its rest shape stays.
+/// @param stiffness  times that of the material
+void set_stiffness(ConstraintSlots<MembraneConstraint>& slots, Index triangle, const Body& sheet,
+                   float stiffness);
 
 }  // namespace pbdsurg

@@ -32,7 +32,7 @@ class ProgramFollower final : public Follower {
         set_substep_rule(rule, data_);
       }
     } else if (!change.edit.new_bodies.bodies().empty() || !change.edit.stiffnesses.empty() ||
-               !change.edit.fibres.empty()) {
+               !change.edit.triangle_stiffnesses.empty() || !change.edit.fibres.empty()) {
       set_substep_rule(both(rule_before_, rule_of_edit_), data_);
     }
     const bool may_bring_stiff_links = !change.edit.new_links.empty() ||
