@@ -9,6 +9,7 @@
 
 #include "lib/solver/methods/vertex_elements.h"
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/tissue/hinges.h"
@@ -65,6 +66,13 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   for (const StiffnessChange& stiffness : change.edit.stiffnesses) {
     if (tissue.is_tet_alive(stiffness.tet)) {
       blocks.set_tet(stiffness.tet, vertex_tet(data_, tissue, stiffness.tet));
+    }
+  }
+  for (const RestAreaChange& rest : change.edit.rest_areas) {
+    if (tissue.is_triangle_alive(rest.triangle)) {
+      blocks.set_triangle(rest.triangle, vertex_triangle(data_, tissue, rest.triangle));
+      const auto& membranes = data_.sets.of<MembraneConstraint>();
+      longest = std::max(longest, longest_side(membranes.record(rest.triangle)));
     }
   }
   for (const TriangleStiffnessChange& stiffness : change.edit.triangle_stiffnesses) {
