@@ -77,7 +77,7 @@ std::array<Capsule, 1> ball() {
 
 bool is_empty(const TopologyEdit& edit) {
   return edit.remove_tets.empty() && edit.rest_lengths.empty() && edit.rest_volumes.empty() &&
-         edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty();
+         edit.rest_areas.empty() && edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty();
 }
 
 }  // namespace

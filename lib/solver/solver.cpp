@@ -14,6 +14,7 @@
 #include "lib/solver/make_solver_data.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/program/backend.h"
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
@@ -178,6 +179,15 @@ float Solver::rest_length(Index edge) const {
                           " belongs to a Neo-Hookean body, whose edges have no rest length");
   }
   return distances.record(distance).parameters[DistanceConstraint::kRest];
+}
+
+float Solver::rest_area(Index triangle) const {
+  check_id("triangle", triangle, tissue().triangles().size());
+  const auto& membranes = data_->sets.of<MembraneConstraint>();
+  if (!membranes.is_alive(triangle)) {
+    throw InvalidArgument("triangle " + std::to_string(triangle) + " was removed");
+  }
+  return static_cast<float>(pbdsurg::rest_area(membranes.record(triangle)));
 }
 
 float Solver::rest_volume(Index tet) const {

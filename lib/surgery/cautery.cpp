@@ -70,8 +70,8 @@ class PositionsRelease {
 
 bool is_empty(const TopologyEdit& edit) {
   return edit.remove_tets.empty() && edit.remove_triangles.empty() && edit.remove_links.empty() &&
-         edit.rest_lengths.empty() && edit.rest_volumes.empty() && edit.stiffnesses.empty() &&
-         edit.triangle_stiffnesses.empty();
+         edit.rest_lengths.empty() && edit.rest_volumes.empty() && edit.rest_areas.empty() &&
+         edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty();
 }
 
 // Live ones, ascending.

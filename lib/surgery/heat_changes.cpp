@@ -12,6 +12,7 @@
 #include "lib/surgery/element_ids.h"
 #include "lib/surgery/element_means.h"
 #include "lib/tissue/renumber.h"
+#include "lib/tissue/sheet.h"
 
 namespace pbdsurg {
 namespace {
@@ -204,12 +205,44 @@ void HeatChanges::keep_farthest() {
   std::ranges::sort(due_changes_, {}, &Change::id);
 }
 
+// Of elements; both ascend.
+template <class OfTet, class OfTriangle>
+void HeatChanges::add_due(std::vector<OfTet>& of_tets, std::vector<OfTriangle>& of_triangles) {
+  keep_farthest();
+  for (const Change& due : due_changes_) {
+    if (is_triangle(due.id)) {
+      of_triangles.push_back({triangle_of_element(due.id), due.value});
+    } else {
+      of_tets.push_back({due.id, due.value});
+    }
+  }
+  std::ranges::sort(of_triangles, {}, &OfTriangle::triangle);
+}
+
+void HeatChanges::shrink_triangle(const Solver& solver, const HeatField& field, Index triangle) {
+  const Triangle& corners = solver.tissue().triangles()[triangle];
+  double length = 0;  // relative
+  for (std::size_t i = 0; i < 3; ++i) {
+    length += shrunk(field, corners[i], corners[(i + 1) % 3]) / 3;
+  }
+  const double whole = triangle_area(field.mesh().rest_positions(), corners);
+  const auto area = static_cast<float>(whole * length * length);
+  const float now = solver.rest_area(triangle);
+  if (area < (1 - kLeastChange) * now) {
+    due_changes_.push_back({element_of_triangle(triangle), area, area / now});
+  }
+}
+
 void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit) {
   const ThermalMesh& mesh = field.mesh();
   edges_.clear();
   due_changes_.clear();
   for (const Index t : marked_) {
-    if (seen_[t] != round_ || is_triangle(t)) {
+    if (seen_[t] != round_) {
+      continue;
+    }
+    if (is_triangle(t)) {
+      shrink_triangle(solver, field, triangle_of_element(t));
       continue;
     }
     const Material& material = solver.tissue().body(solver.tissue().body_of_tet(t)).material;
@@ -234,10 +267,7 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
       }
     }
   }
-  keep_farthest();
-  for (const Change& tet : due_changes_) {
-    edit.rest_volumes.push_back({tet.id, tet.value});
-  }
+  add_due(edit.rest_volumes, edit.rest_areas);
   due_changes_.clear();
   std::sort(edges_.begin(), edges_.end());
   edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
@@ -275,15 +305,7 @@ void HeatChanges::stiffen(const Solver& solver, const HeatField& field, Topology
       due_changes_.push_back({e, factor, now / factor});
     }
   }
-  keep_farthest();
-  for (const Change& due : due_changes_) {
-    if (is_triangle(due.id)) {
-      edit.triangle_stiffnesses.push_back({triangle_of_element(due.id), due.value});
-    } else {
-      edit.stiffnesses.push_back({due.id, due.value});
-    }
-  }
-  std::ranges::sort(edit.triangle_stiffnesses, {}, &TriangleStiffnessChange::triangle);
+  add_due(edit.stiffnesses, edit.triangle_stiffnesses);
 }
 
 void HeatChanges::follow(const HeatField& field) noexcept {

@@ -21,8 +21,7 @@ namespace pbdsurg {
 /// State of a live element of a conducting body by algorithm 2 and the rule of the field.
 [[nodiscard]] HeatState heat_state(const HeatField& field, Index element);
 
-/// Finds the elements that heat takes away or stiffens, and the tetrahedra that shrink, among what
-/// is heated.
+/// Finds the elements that heat takes away, shrinks or stiffens, among what is heated.
 class HeatChanges {
  public:
   HeatChanges(const HeatField& field, const CauteryOptions& options);
@@ -82,8 +81,11 @@ class HeatChanges {
   void remember(const HeatField& field, std::size_t taken);
   [[nodiscard]] const DueElement* find_pending(Index element) const;
   void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
+  void shrink_triangle(const Solver& solver, const HeatField& field, Index triangle);
   void stiffen(const Solver& solver, const HeatField& field, TopologyEdit& edit);
   void keep_farthest();
+  template <class OfTet, class OfTriangle>
+  void add_due(std::vector<OfTet>& of_tets, std::vector<OfTriangle>& of_triangles);
   [[nodiscard]] double shrunk(const HeatField& field, Index first, Index second) const;
 
   [[nodiscard]] bool is_marked(const HeatField& field, Index vertex) const;

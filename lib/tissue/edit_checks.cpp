@@ -103,6 +103,13 @@ void check_rest_values(TissueData& data, const TopologyEdit& edit) {
     ids.push_back(change.tet);
   }
   check_ids("tet", ids, count_of(data.tets), [&](Index t) { return data.tet_alive[t] != 0; });
+  ids.clear();
+  for (const RestAreaChange& change : edit.rest_areas) {
+    check_rest("triangle", change.triangle, "rest area", change.rest_area);
+    ids.push_back(change.triangle);
+  }
+  check_ids("triangle", ids, count_of(data.triangles),
+            [&](Index t) { return data.triangle_alive[t] != 0; });
 }
 
 // @param id        of a change's element

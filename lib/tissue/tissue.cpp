@@ -111,10 +111,10 @@ std::size_t bytes_of(const TissueChange& change) {
   };
   const TopologyEdit& edit = change.edit;
   return sum(edit.remove_tets, edit.remove_triangles, edit.remove_links, edit.remove_bodies,
-             edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.triangle_stiffnesses,
-             edit.fibres, edit.link_lengths, edit.fix_vertices, edit.unfix_vertices,
-             edit.new_vertices, edit.corner_moves, edit.triangle_moves, edit.link_moves,
-             edit.new_tets, edit.new_links) +
+             edit.rest_lengths, edit.rest_volumes, edit.rest_areas, edit.stiffnesses,
+             edit.triangle_stiffnesses, edit.fibres, edit.link_lengths, edit.fix_vertices,
+             edit.unfix_vertices, edit.new_vertices, edit.corner_moves, edit.triangle_moves,
+             edit.link_moves, edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
              change.removed_triangles, change.removed_links, change.removed_hinges,
              change.moved_hinges, change.emptied_vertices, change.weighed_vertices,

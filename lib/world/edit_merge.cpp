@@ -91,11 +91,11 @@ bool has_body(const Scene& scene, const std::string& name) {
 bool is_empty(const TopologyEdit& edit) noexcept {
   return edit.remove_tets.empty() && edit.remove_triangles.empty() && edit.remove_links.empty() &&
          edit.remove_bodies.empty() && edit.rest_lengths.empty() && edit.rest_volumes.empty() &&
-         edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty() && edit.fibres.empty() &&
-         edit.link_lengths.empty() && edit.fix_vertices.empty() && edit.unfix_vertices.empty() &&
-         edit.new_vertices.empty() && edit.corner_moves.empty() && edit.triangle_moves.empty() &&
-         edit.link_moves.empty() && edit.new_tets.empty() && edit.new_links.empty() &&
-         edit.new_bodies.bodies().empty();
+         edit.rest_areas.empty() && edit.stiffnesses.empty() && edit.triangle_stiffnesses.empty() &&
+         edit.fibres.empty() && edit.link_lengths.empty() && edit.fix_vertices.empty() &&
+         edit.unfix_vertices.empty() && edit.new_vertices.empty() && edit.corner_moves.empty() &&
+         edit.triangle_moves.empty() && edit.link_moves.empty() && edit.new_tets.empty() &&
+         edit.new_links.empty() && edit.new_bodies.bodies().empty();
 }
 
 bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
@@ -118,6 +118,7 @@ bool merge(TopologyEdit& edit, TopologyEdit request, Index vertex_count) {
   append_new(edit.remove_bodies, request.remove_bodies);
   append(edit.rest_lengths, request.rest_lengths);
   append(edit.rest_volumes, request.rest_volumes);
+  append(edit.rest_areas, request.rest_areas);
   append(edit.stiffnesses, request.stiffnesses);
   append(edit.triangle_stiffnesses, request.triangle_stiffnesses);
   append(edit.fibres, request.fibres);
@@ -169,6 +170,7 @@ void EarlierEdits::adapt(TopologyEdit& edit, const Tissue& tissue) const {
   std::ranges::for_each(edit.corner_moves, shift_tet, &CornerMove::tet);
   std::ranges::for_each(edit.new_tets, shift_tet, &NewTet::parent);
   std::ranges::for_each(edit.remove_triangles, shift_triangle);
+  std::ranges::for_each(edit.rest_areas, shift_triangle, &RestAreaChange::triangle);
   std::ranges::for_each(edit.triangle_stiffnesses, shift_triangle,
                         &TriangleStiffnessChange::triangle);
   std::ranges::for_each(edit.triangle_moves, shift_triangle, &TriangleMove::triangle);

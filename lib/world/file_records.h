@@ -211,6 +211,11 @@ void visit_members(Record& change, Visit& visit) {
   auto& [tet, rest_volume] = change;
   visit(tet, rest_volume);
 }
+template <RecordOf<RestAreaChange> Record, class Visit>
+void visit_members(Record& change, Visit& visit) {
+  auto& [triangle, rest_area] = change;
+  visit(triangle, rest_area);
+}
 template <RecordOf<StiffnessChange> Record, class Visit>
 void visit_members(Record& change, Visit& visit) {
   auto& [tet, factor] = change;
@@ -259,11 +264,11 @@ void visit_members(Record& tet, Visit& visit) {
 template <RecordOf<TopologyEdit> Record, class Visit>
 void visit_members(Record& edit, Visit& visit) {
   auto& [remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
-         stiffnesses, triangle_stiffnesses, fibres, link_lengths, fix_vertices, unfix_vertices,
-         new_vertices, corner_moves, triangle_moves, link_moves, new_tets, new_links, new_bodies] =
-      edit;
+         rest_areas, stiffnesses, triangle_stiffnesses, fibres, link_lengths, fix_vertices,
+         unfix_vertices, new_vertices, corner_moves, triangle_moves, link_moves, new_tets,
+         new_links, new_bodies] = edit;
   visit(remove_tets, remove_triangles, remove_links, remove_bodies, rest_lengths, rest_volumes,
-        stiffnesses);
+        rest_areas, stiffnesses);
   visit(triangle_stiffnesses, fibres, link_lengths);
   visit(fix_vertices, unfix_vertices, new_vertices, corner_moves, triangle_moves, link_moves);
   visit(new_tets, new_links, new_bodies);

@@ -53,10 +53,10 @@ std::size_t bytes_of(const Scene& scene) noexcept {
 std::size_t bytes_of(const TopologyEdit& edit) noexcept {
   return sizeof(edit) + bytes_of(edit.new_bodies) +
          bytes_in(edit.remove_tets, edit.remove_triangles, edit.remove_links, edit.remove_bodies,
-                  edit.rest_lengths, edit.rest_volumes, edit.stiffnesses, edit.triangle_stiffnesses,
-                  edit.fibres, edit.link_lengths, edit.fix_vertices, edit.unfix_vertices,
-                  edit.new_vertices, edit.corner_moves, edit.triangle_moves, edit.link_moves,
-                  edit.new_tets, edit.new_links);
+                  edit.rest_lengths, edit.rest_volumes, edit.rest_areas, edit.stiffnesses,
+                  edit.triangle_stiffnesses, edit.fibres, edit.link_lengths, edit.fix_vertices,
+                  edit.unfix_vertices, edit.new_vertices, edit.corner_moves, edit.triangle_moves,
+                  edit.link_moves, edit.new_tets, edit.new_links);
 }
 
 std::size_t bytes_of(const EditJournal::Edits& edits) noexcept {

@@ -89,6 +89,7 @@ void EditMaker::add() {
     case 7:
     case 8:
       change_rest_volumes();
+      change_rest_areas();
       break;
     case 9:
     case 10:
@@ -228,6 +229,19 @@ void EditMaker::change_rest_volumes() {
   for (const Index t : pick_some(find_all(data.tissue->tets().size(), has_volume), 5, choices_)) {
     const float factor = 0.8F + 0.1F * static_cast<float>(choices_.below(5));
     edit_.rest_volumes.push_back({t, factor * solver_.rest_volume(t)});
+  }
+}
+
+void EditMaker::change_rest_areas() {
+  const auto is_alive = [&](Index t) { return solver_.tissue().is_triangle_alive(t); };
+  const std::vector<Index> triangles = find_all(triangle_uses_.size(), is_alive);
+  if (triangles.empty()) {
+    return;
+  }
+  edit_.rest_areas.clear();
+  for (const Index t : pick_some(triangles, 5, choices_)) {
+    const float factor = 0.8F + 0.1F * static_cast<float>(choices_.below(5));
+    edit_.rest_areas.push_back({t, factor * solver_.rest_area(t)});
   }
 }
 

@@ -47,6 +47,7 @@ class EditMaker {
   void remove_links();
   void change_rest_lengths();
   void change_rest_volumes();
+  void change_rest_areas();
   void part_vertex();
   void split_edge();
   [[nodiscard]] std::vector<Index> free_triangles() const;

@@ -94,6 +94,17 @@ class Spoiler {
       return data_.sets.of<VolumeConstraint>().is_alive(t) ||
              data_.sets.of<NeoHookeanConstraint>().is_alive(t);
     });
+    if (!live_triangles_.empty() && choices_.below(3) == 0) {
+      if (choices_.below(2) == 0) {
+        edit_.rest_areas = {{choices_.one_of(live_triangles_), bad_value}};
+      } else {
+        spoil_ids(choices_, edit_.rest_areas, data_.tissue->triangles().size(), live_triangles_,
+                  [](Index t) {
+                    return RestAreaChange{t, 1e-6F};
+                  });
+      }
+      return true;
+    }
     switch (choices_.below(4)) {
       case 0:
         edit_.rest_lengths = {{choices_.below(index_of(data_.tissue->edges().size())), bad_value}};

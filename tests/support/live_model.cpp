@@ -79,6 +79,9 @@ void LiveModel::add_bodies(const Scene& added) {
       triangles.push_back(triangle);
       triangle_alive.push_back(true);
       triangle_bodies.push_back(id);
+      const auto& [a, b, c] = triangle;
+      rest_areas.push_back(
+          static_cast<float>((points[b] - points[a]).cross(points[c] - points[a]).norm() / 2));
     }
     body.first_triangle += first_triangle;
     body.first_vertex += first_vertex;
@@ -200,6 +203,9 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   }
   for (const RestVolumeChange& change : edit.rest_volumes) {
     change_volume(change);
+  }
+  for (const RestAreaChange& change : edit.rest_areas) {
+    rest_areas[change.triangle] = change.rest_area;
   }
   for (const StiffnessChange& change : edit.stiffnesses) {
     stiffnesses[change.tet] = change.factor;

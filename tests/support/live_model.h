@@ -41,6 +41,7 @@ struct LiveModel {
   std::vector<Triangle> triangles;         // [triangle_count]
   std::vector<bool> triangle_alive;        // [triangle_count]
   std::vector<Index> triangle_bodies;      // [triangle_count]
+  std::vector<float> rest_areas;           // [triangle_count] m^2
   std::vector<float> sheet_stiffnesses;    // [triangle_count] times that of the material
   std::vector<Link> links;                 // [link_count]
   std::vector<bool> link_alive;            // [link_count] unless an end has lost its tissue

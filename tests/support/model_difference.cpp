@@ -430,10 +430,18 @@ void compare_sheets(const LiveModel& model, const Solver& solver) {
                       model.bodies[model.triangle_bodies[i]], model.sheet_stiffnesses[i]);
     require(tissue.triangle_stiffness(t) == model.sheet_stiffnesses[i], "stiffness of triangle", t);
     require(record.places == expected.places, "vertices of membrane", t);
+    const double share = model.rest_areas[i] / rest_area(expected);
+    require(is_near(solver.rest_area(t), model.rest_areas[i], 1e-4), "rest area of triangle", t);
+    const double size = std::abs(
+        *std::max_element(expected.parameters.begin() + MembraneConstraint::kInverseShape,
+                          expected.parameters.begin() + MembraneConstraint::kInverseShape + 4));
     for (int p = 0; p < MembraneConstraint::kParameterCount; ++p) {
-      require(p == MembraneConstraint::kStiffness
-                  ? is_near(record.parameters[p], expected.parameters[p], kRounding)
-                  : record.parameters[p] == expected.parameters[p],
+      const bool is_shape =
+          p >= MembraneConstraint::kInverseShape && p < MembraneConstraint::kInverseShape + 4;
+      const bool is_stiffness = p == MembraneConstraint::kStiffness;
+      const double scale = is_shape ? 1 / std::sqrt(share) : is_stiffness ? share : 1;
+      const double value = scale * expected.parameters[p];
+      require(std::abs(record.parameters[p] - value) <= 1e-4 * (is_shape ? size : std::abs(value)),
               "parameters of membrane", t);
     }
   }

@@ -77,10 +77,13 @@ class SheetProgram {
       case 3:
         solver.tissue().undo();
         break;
-      case 4:
+      case 4: {
+        const Index shrunk = some_triangles(solver, round + 2)[1];
         solver.tissue().apply({.remove_tets = {some_tet(solver, round)},
-                               .remove_triangles = some_triangles(solver, round)});
+                               .remove_triangles = some_triangles(solver, round),
+                               .rest_areas = {{shrunk, 0.8F * solver.rest_area(shrunk)}}});
         break;
+      }
       case 6:
         solver.tissue().apply({.new_bodies = make_guest(round)});
         break;

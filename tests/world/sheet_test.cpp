@@ -121,14 +121,17 @@ TEST_CASE("world sheet: a file goes on as the world that was saved, to the bit",
   }
 }
 
-// Would catch a world that gives factors to others, and a file that forgets them or their edits.
-TEST_CASE("world sheet: has how stiff its triangles are, and so has its file", "[property]") {
+// Would catch a world that gives factors to others, and a file that forgets them, rest areas, or
+// edits of these.
+TEST_CASE("world sheet: has stiffness and rest area of triangles, and so has its file",
+          "[property]") {
   SheetWorld slab;
   slab.world.set_stiffnesses(
       slab.sheet, [](const Eigen::Vector3d& x) { return x.x() > 3 * kEdge ? 4.0F : 1.0F; });
   slab.world.record();
   slab.world.step(kDt);
-  slab.world.edit({.triangle_stiffnesses = {{7, 2}}});
+  const float area = 0.8F * slab.world.solver().rest_area(11);
+  slab.world.edit({.rest_areas = {{11, area}}, .triangle_stiffnesses = {{7, 2}}});
   slab.world.edit({.remove_triangles = {3}, .triangle_stiffnesses = {{59, 0.5F}}});
   REQUIRE(slab.world.step(kDt).ok());
   const testing::TemporaryFolder folder;
@@ -137,6 +140,7 @@ TEST_CASE("world sheet: has how stiff its triangles are, and so has its file", "
   for (World* const each : {&slab.world, &read, &saved}) {
     const Tissue& tissue = each->tissue();
     CHECK(tissue.triangle_stiffness(7) == 2);
+    CHECK(each->solver().rest_area(11) == testing::Approx(area));
     CHECK(tissue.triangle_stiffness(59) == 0.5F);
     for (const Index t : {0, 5, 6, 11, 29, 30}) {
       double x = 0;
@@ -173,11 +177,13 @@ TEST_CASE("world sheet: who has nothing to do with sheets says so", "[unit]") {
 TEST_CASE("world sheet: edits of several sources become one", "[unit]") {
   constexpr Index kVertices = 10;
   TopologyEdit edit{.remove_triangles = {4, 2},
+                    .rest_areas = {{0, 1e-6F}},
                     .triangle_stiffnesses = {{1, 2}},
                     .new_vertices = {{1, 1}},
                     .triangle_moves = {{3, 1, kVertices}}};
   REQUIRE(merge(edit,
                 {.remove_triangles = {2, 7},
+                 .rest_areas = {{9, 2e-6F}},
                  .triangle_stiffnesses = {{8, 3}},
                  .new_vertices = {{5, 5}},
                  .triangle_moves = {{6, 5, kVertices}}},
@@ -185,6 +191,9 @@ TEST_CASE("world sheet: edits of several sources become one", "[unit]") {
   REQUIRE(edit.triangle_stiffnesses.size() == 2);
   CHECK(edit.triangle_stiffnesses[1].triangle == 8);
   CHECK_FALSE(is_empty({.triangle_stiffnesses = {{0, 2}}}));
+  REQUIRE(edit.rest_areas.size() == 2);
+  CHECK(edit.rest_areas[1].triangle == 9);
+  CHECK_FALSE(is_empty({.rest_areas = {{0, 1e-6F}}}));
   CHECK(edit.remove_triangles == std::vector<Index>{4, 2, 7});
   REQUIRE(edit.triangle_moves.size() == 2);
   CHECK(edit.triangle_moves[1].to == kVertices + 1);
@@ -196,12 +205,16 @@ TEST_CASE("world sheet: edits of several sources become one", "[unit]") {
   scene.add_sheet("sheet", mesh.positions, mesh.triangles);
   Tissue tissue(scene);
   EarlierEdits earlier(tissue);
-  TopologyEdit later{.remove_triangles = {0, 3}, .triangle_stiffnesses = {{4, 2}, {8, 2}}};
+  TopologyEdit later{.remove_triangles = {0, 3},
+                     .rest_areas = {{5, 1e-6F}, {9, 1e-6F}},
+                     .triangle_stiffnesses = {{4, 2}, {8, 2}}};
   TopologyEdit first{.remove_triangles = {0}};
   first.new_bodies.add_sheet("guest", mesh.positions, mesh.triangles);
   earlier.note(tissue.apply(first));
   earlier.adapt(later, tissue);
   CHECK(later.remove_triangles == std::vector<Index>{3});
+  CHECK(later.rest_areas[0].triangle == 5);
+  CHECK(later.rest_areas[1].triangle == 17);
   CHECK(later.triangle_stiffnesses[0].triangle == 4);
   CHECK(later.triangle_stiffnesses[1].triangle == 16);  // that does not exist, as before
 }

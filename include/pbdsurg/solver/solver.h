@@ -517,6 +517,9 @@ class PBDSURG_API Solver {
   /// Rest volume of a live tetrahedron as it is now, m^3.
   /// @throws InvalidArgument  if there is none, as of springs without volume constraints
   [[nodiscard]] float rest_volume(Index tet) const;
+  /// Rest area of a live triangle of a sheet as it is now, m^2.
+  /// @throws InvalidArgument  if there is none
+  [[nodiscard]] float rest_area(Index triangle) const;
 
   /// @}
 

@@ -56,7 +56,7 @@ struct CauteryOptions {
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
-  /// Tetrahedra, and edges, whose rest shape one update changes at most, and elements whose
+  /// Elements, and edges, whose rest shape one update changes at most, and elements whose
   /// stiffness, those farthest behind first; the others wait. Bounds what an edit costs; 0: no
   /// bound.
   Index shrink_limit = 0;
@@ -135,8 +135,8 @@ struct CauterySnapshot {
 /// removed would have cost no more to boil dry than what has been delivered; what is dry beyond
 /// that waits, what steam would tear boils on.
 ///
-/// A sheet takes part in all of it but two: its triangles do not shrink, as they keep their rest
-/// shape, and the closed form of a disk is not for it, as current spreads in its plane alone.
+/// A sheet takes part in all of it but one: the closed form of a disk is not for it, as current
+/// spreads in its plane alone. Its triangles shrink in their plane and keep their thickness.
 ///
 /// Undoing an edit does not take back the heat that led to it: what heat removed goes again in the
 /// next update. A snapshot() goes back in heat, a WorldState in all.

@@ -27,6 +27,13 @@ struct RestVolumeChange {
   float rest_volume;  ///< m^3, positive and finite
 };
 
+/// A new rest area of a live triangle of a sheet, whose rest shape is then scaled evenly. Its
+/// moduli times its thickness stay, and so do its mass and the bending of its hinges.
+struct RestAreaChange {
+  Index triangle;   ///< live, each once
+  float rest_area;  ///< m^2, positive and finite
+};
+
 /// How many times as stiff as its body's material a live tetrahedron of a Neo-Hookean body is from
 /// now on: Young's modulus is scaled, the ratio stays. What divides it is as stiff.
 struct StiffnessChange {
@@ -106,6 +113,7 @@ struct TopologyEdit {
   std::vector<Index> remove_bodies{};
   std::vector<RestLengthChange> rest_lengths{};                 ///< of edges
   std::vector<RestVolumeChange> rest_volumes{};                 ///< of tetrahedra
+  std::vector<RestAreaChange> rest_areas{};                     ///< of triangles
   std::vector<StiffnessChange> stiffnesses{};                   ///< of tetrahedra
   std::vector<TriangleStiffnessChange> triangle_stiffnesses{};  ///< of triangles
   std::vector<FibreChange> fibres{};                            ///< of tetrahedra

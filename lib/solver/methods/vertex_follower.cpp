@@ -9,6 +9,7 @@
 
 #include "lib/solver/methods/vertex_elements.h"
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/tissue/hinges.h"
@@ -67,13 +68,23 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
       blocks.set_tet(stiffness.tet, vertex_tet(data_, tissue, stiffness.tet));
     }
   }
+  // with its hinges, which are pulls or not as it resists stretch
+  const auto set_triangle = [&](Index triangle) {
+    blocks.set_triangle(triangle, vertex_triangle(data_, tissue, triangle));
+    for_each_hinge_of(tissue_data(tissue), tissue.triangles()[triangle], [&](Index hinge) {
+      blocks.set_hinge(hinge, vertex_hinge(data_, tissue, hinge));
+    });
+  };
+  for (const RestAreaChange& rest : change.edit.rest_areas) {
+    if (tissue.is_triangle_alive(rest.triangle)) {
+      set_triangle(rest.triangle);
+      const auto& membranes = data_.sets.of<MembraneConstraint>();
+      longest = std::max(longest, longest_side(membranes.record(rest.triangle)));
+    }
+  }
   for (const TriangleStiffnessChange& stiffness : change.edit.triangle_stiffnesses) {
-    const Index triangle = stiffness.triangle;
-    if (tissue.is_triangle_alive(triangle)) {
-      blocks.set_triangle(triangle, vertex_triangle(data_, tissue, triangle));
-      for_each_hinge_of(tissue_data(tissue), tissue.triangles()[triangle], [&](Index hinge) {
-        blocks.set_hinge(hinge, vertex_hinge(data_, tissue, hinge));
-      });
+    if (tissue.is_triangle_alive(stiffness.triangle)) {
+      set_triangle(stiffness.triangle);
     }
   }
   for (const FibreChange& fibre : change.edit.fibres) {

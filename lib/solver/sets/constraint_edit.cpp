@@ -54,6 +54,10 @@ class ConstraintSets::Edit {
     for (std::size_t i = 0; i < change_.edit.rest_volumes.size(); ++i) {
       set_rest_volume(change_.edit.rest_volumes[i], sets_.edge_tets_before_[i]);
     }
+    for (const RestAreaChange& rest : change_.edit.rest_areas) {
+      set_rest_area(of<MembraneConstraint>(), rest.triangle, rest.rest_area);
+      log<MembraneConstraint>(rest.triangle);
+    }
     for (const StiffnessChange& change : change_.edit.stiffnesses) {
       const Material& material = tissue_.bodies()[tissue_.body_of_tet(change.tet)].material;
       set_stiffness(of<NeoHookeanConstraint>(), change.tet, material, change.factor);

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 namespace pbdsurg {
 namespace {
@@ -48,6 +50,24 @@ Eigen::Matrix2d rest_sides(const ConstraintRecord<MembraneConstraint>& record) {
 
 double rest_area(const ConstraintRecord<MembraneConstraint>& record) {
   return rest_sides(record).determinant() / 2;
+}
+
+double longest_side(const ConstraintRecord<MembraneConstraint>& record) {
+  const Eigen::Matrix2d sides = rest_sides(record);
+  return std::max({sides.col(0).norm(), sides.col(1).norm(), (sides.col(0) - sides.col(1)).norm()});
+}
+
+void set_rest_area(ConstraintSlots<MembraneConstraint>& slots, Index triangle, float area) {
+  const ConstraintRecord<MembraneConstraint> record = slots.record(triangle);
+  const double shrinkage = rest_area(record) / area;
+  const auto scale = [&](int parameter, double factor) {
+    slots.set_parameter(triangle, static_cast<MembraneConstraint::Parameter>(parameter),
+                        static_cast<float>(record.parameters[parameter] * factor));
+  };
+  for (int i = 0; i < 4; ++i) {
+    scale(MembraneConstraint::kInverseShape + i, std::sqrt(shrinkage));
+  }
+  scale(MembraneConstraint::kStiffness, 1 / shrinkage);
 }
 
 void set_stiffness(ConstraintSlots<MembraneConstraint>& slots, Index triangle, const Body& sheet,

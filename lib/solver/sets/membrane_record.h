@@ -28,6 +28,13 @@ namespace pbdsurg {
 /// m^2
 [[nodiscard]] double rest_area(const ConstraintRecord<MembraneConstraint>& record);
 
+/// m, of three at rest.
+[[nodiscard]] double longest_side(const ConstraintRecord<MembraneConstraint>& record);
+
+/// Scales the rest shape of a live triangle evenly; its moduli times its thickness stay.
+/// @param area  m^2, positive
+void set_rest_area(ConstraintSlots<MembraneConstraint>& slots, Index triangle, float area);
+
 /// Gives a live triangle other moduli; its rest shape stays.
 /// @param stiffness  times that of the material
 void set_stiffness(ConstraintSlots<MembraneConstraint>& slots, Index triangle, const Body& sheet,
