@@ -126,8 +126,8 @@ void VertexBlocks::write_hinges(const VertexBlock& block, Index lane, Index coun
 // @return  VertexBlock::fan_steps
 Index VertexBlocks::find_fan() {
   fan_entries_.clear();
-  const auto& [pulls, springs, volumes, hinges, triangles, fibres] = neighborhood_;
-  if (triangles.empty() || !volumes.empty() || is_neighborhood_damped()) {
+  const std::vector<Area>& triangles = neighborhood_.triangles;
+  if (triangles.empty() || !neighborhood_.volumes.empty() || is_neighborhood_damped()) {
     return 0;
   }
   std::vector<bool> is_left(triangles.size(), true);
@@ -173,7 +173,7 @@ Index VertexBlocks::find_fan() {
     pull(area.neighbors[0], area.weights[0]);
     pull(area.neighbors[1], area.weights[1]);
   }
-  for (const Pull& each : pulls) {
+  for (const Pull& each : neighborhood_.pulls) {
     pull(each.neighbor, each.weight);
   }
   return steps;
