@@ -68,18 +68,24 @@ std::optional<Triangle> find_in(std::span<const Index> corners, const Triangle& 
 
 }  // namespace
 
-double hinge_stiffness(const Tissue& tissue, Index hinge) {
+std::optional<std::array<Index, 2>> sheet_triangles(const Tissue& tissue, Index hinge) {
   const TissueData& data = tissue_data(tissue);
   const Corners& v = data.hinges[hinge].vertices;
   if (!is_sheet(data.bodies[data.body_of_vertex(v[0])])) {
-    return 1;
+    return std::nullopt;
   }
-  double sum = 0;
-  for (std::size_t side = 0; side < 2; ++side) {
-    sum += data.triangle_stiffnesses[find_owner(data.triangles_at(v[0]), data.triangles,
-                                                triangle_of_hinge(v, side))];
-  }
-  return sum / 2;
+  const auto owner = [&](std::size_t side) {
+    return find_owner(data.triangles_at(v[0]), data.triangles, triangle_of_hinge(v, side));
+  };
+  return std::array{owner(0), owner(1)};
+}
+
+double hinge_stiffness(const Tissue& tissue, Index hinge) {
+  const auto triangles = sheet_triangles(tissue, hinge);
+  return triangles ? (double{tissue.triangle_stiffness((*triangles)[0])} +
+                      tissue.triangle_stiffness((*triangles)[1])) /
+                         2
+                   : 1;
 }
 
 std::vector<double> hinge_stiffnesses(const Scene& scene) {

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <memory_resource>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,10 @@ void for_each_hinge_of(const TissueData& data, std::span<const Index> corners, V
     }
   }
 }
+
+/// The triangles of a live hinge, if it is of a sheet.
+[[nodiscard]] std::optional<std::array<Index, 2>> sheet_triangles(const Tissue& tissue,
+                                                                  Index hinge);
 
 /// How many times as stiff as its rigidity says a live hinge is: in a sheet, as its two triangles
 /// in the mean; on a solid 1.

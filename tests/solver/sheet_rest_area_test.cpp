@@ -210,6 +210,28 @@ TEST_CASE("sheet rest area: goes along with triangles", "[unit]") {
   REQUIRE(testing::run(solver, 4, kStep).non_finite_vertices == 0);
 }
 
+// Would catch hinges that stay pulls where a sheet gets too thick for its triangles, and are then
+// stiffer than they should be; or that stay angles, at five times the cost.
+TEST_CASE("sheet rest area: hinges are pulls where the sheet is thin", "[unit]") {
+  const auto made = [](float thickness) {
+    const SheetMesh mesh = testing::make_sheet({6, 6}, kEdge, 0.2);
+    Scene scene;
+    scene.add_sheet("square", mesh.positions, mesh.triangles, {.thickness = thickness});
+    return Solver(scene, options_of(SolverMethod::vertex_block));
+  };
+  const auto with_angle = [](const Solver& solver) {
+    return std::ranges::count_if(inspect(solver).vertex_blocks.hinges(), &VertexHinge::has_angle);
+  };
+  Solver thin = made(0.1F * static_cast<float>(kEdge));
+  const auto all = static_cast<std::ptrdiff_t>(thin.tissue().hinges().size());
+  CHECK(with_angle(thin) == 0);
+  CHECK(with_angle(made(static_cast<float>(kEdge))) == all);
+  thin.tissue().apply(shrinking(thin, 0.03F));
+  CHECK(with_angle(thin) == all);
+  thin.tissue().undo();
+  CHECK(with_angle(thin) == 0);
+}
+
 // Would catch an area that nothing can have, and one that is taken in silence.
 TEST_CASE("sheet rest area: says what it refuses, and changes nothing", "[unit]") {
   Solver solver(make_square(), options_of(SolverMethod::projection));

@@ -236,13 +236,11 @@ class PBDSURG_API World {
   /// Makes a body stiffer in some places than in others: see Scene::set_stiffnesses(). Edits change
   /// that later.
   /// @param factors  [tet_count of the body, or triangle_count of the sheet] how many times as
-  /// stiff
-  ///                 as its tissue
+  ///                 stiff as its tissue
   void set_stiffnesses(BodyId body, std::span<const float> factors);
   /// Likewise.
   /// @param field  float(const Eigen::Vector3d& center), of each tetrahedron or triangle at rest,
-  /// in
-  ///               m
+  ///               in m
   template <std::invocable<const Eigen::Vector3d&> Field>
   void set_stiffnesses(BodyId body, Field field);
 

@@ -434,6 +434,7 @@ class VertexBlocks {
     float stiffness, target, within, weight;  // as in FanRow
   };
   std::vector<FanEntry> fan_entries_;  // likewise
+  std::vector<bool> is_left_;          // [triangle] in no fan yet, likewise
 };
 
 /// Sets stiffness and target of damped rows for a substep, in one thread.

@@ -13,6 +13,7 @@
 #include "lib/solver/sets/membrane_record.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/state/solver_data.h"
+#include "lib/tissue/hinges.h"
 
 namespace pbdsurg {
 namespace {
@@ -31,21 +32,13 @@ constexpr double kSheetDampingShare = 8.0 / 3;
 // is, where it is no thicker than a third of its edges.
 constexpr float kThin = 0.1F;
 
-// N m, mu t A of the triangle of a hinge that has the least; zero if one is of no sheet.
-float stretch_stiffness(const SolverData& data, const Tissue& tissue,
-                        const std::array<Index, 4>& hinge) {
-  const auto& membranes = data.sets.of<MembraneConstraint>();
-  std::array<float, 2> found{};
-  for (const Index t : tissue.triangles_at(hinge[0])) {
-    const Triangle& corners = tissue.triangles()[t];
-    const auto has = [&](Index v) { return std::ranges::find(corners, v) != corners.end(); };
-    for (std::size_t side = 0; side < 2; ++side) {
-      if (has(hinge[1]) && has(hinge[2 + side]) && membranes.is_alive(t)) {
-        found[side] = membranes.record(t).parameters[MembraneConstraint::kStiffness];
-      }
-    }
-  }
-  return std::min(found[0], found[1]);
+// N m, mu t A of the triangle of a live hinge that has the least; zero on a solid.
+float stretch_stiffness(const SolverData& data, const Tissue& tissue, Index hinge) {
+  const auto triangles = sheet_triangles(tissue, hinge);
+  const auto stiffness = [&](Index t) {
+    return data.sets.of<MembraneConstraint>().record(t).parameters[MembraneConstraint::kStiffness];
+  };
+  return triangles ? std::min(stiffness((*triangles)[0]), stiffness((*triangles)[1])) : 0;
 }
 
 struct Moduli {
@@ -270,7 +263,7 @@ VertexHinge vertex_hinge(const SolverData& data, const Tissue& tissue, Index id)
   const float stiffness = 1 / numbers[BendingConstraint::kStiffness];
   hinge.rest = numbers[BendingConstraint::kRest];
   hinge.damping = numbers[BendingConstraint::kDamping] * stiffness;
-  if (stiffness > kThin * stretch_stiffness(data, tissue, corners)) {
+  if (stiffness > kThin * stretch_stiffness(data, tissue, id)) {
     hinge.stiffness = stiffness;
     return hinge;
   }

@@ -130,10 +130,10 @@ Index VertexBlocks::find_fan() {
   if (triangles.empty() || !neighborhood_.volumes.empty() || is_neighborhood_damped()) {
     return 0;
   }
-  std::vector<bool> is_left(triangles.size(), true);
+  is_left_.assign(triangles.size(), true);
   const auto find_left = [&](const auto& is_it) {
     std::size_t i = 0;
-    while (i < triangles.size() && !(is_left[i] && is_it(triangles[i]))) {
+    while (i < triangles.size() && !(is_left_[i] && is_it(triangles[i]))) {
       ++i;
     }
     return i;
@@ -150,7 +150,7 @@ Index VertexBlocks::find_fan() {
     fan_entries_.push_back({triangles[i].neighbors[0], 0, 0, 0, 0});
     while (i < triangles.size()) {
       const Area& area = triangles[i];
-      is_left[i] = false;
+      is_left_[i] = false;
       fan_entries_.push_back(
           {area.neighbors[1], area.stiffness, area.target, area.weights[0] + area.weights[1], 0});
       i = find_left([&](const Area& next) { return next.neighbors[0] == area.neighbors[1]; });
