@@ -62,7 +62,9 @@ if ! { command -v Xvfb && command -v xdotool; } >/dev/null; then
   echo "skipped: needs Xvfb and xdotool"
   exit 77
 fi
-Xvfb -displayfd 3 -screen 0 1024x768x24 -nolisten tcp >"$folder/xvfb.log" 2>&1 3>"$folder/display" &
+# Without -noreset the server starts anew when its last client leaves, which each xdotool may be, and
+# refuses whoever connects meanwhile.
+Xvfb -displayfd 3 -screen 0 1024x768x24 -nolisten tcp -noreset >"$folder/xvfb.log" 2>&1 3>"$folder/display" &
 xvfb=$!
 trap 'kill $xvfb 2>/dev/null || true' EXIT
 for _ in $(seq 100); do
