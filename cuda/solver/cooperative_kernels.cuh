@@ -300,6 +300,7 @@ __device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const T
     if (counts.others > 0) {
       const VertexBlock ranges = load_ranges<kRare>(rows.blocks + index);
       VertexBlock others{};
+      others.is_damped = ranges.is_damped;
       others.has_angles = ranges.has_angles;
       others.hinges = ranges.hinges;
       others.triangles = ranges.triangles;

@@ -174,7 +174,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (ranges.is_damped) {
     add_damping(DampedRows{vertices.blocks, vertices.springs, vertices.volumes, vertices.hinges,
                            vertices.triangles, vertices.damped_springs, vertices.damped_volumes,
-                           vertices.damped_hinges, vertices.damped_triangles},
+                           vertices.damped_triangles},
                 *block,
                 DeviceStart{state.particles, state.carries,
                             position_of(load_particle(&at(state.particles, corner))), lane},

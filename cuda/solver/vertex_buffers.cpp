@@ -57,7 +57,6 @@ void VertexBuffers::upload(const SolverData& data, bool has_grown, cudaStream_t 
   upload_parts(fibres_, host.fibres, {1, room_.fibres}, kNothing, stream);
   upload_parts(damped_springs_, host.damped_springs, {is_damped, room_.springs}, kNothing, stream);
   upload_parts(damped_volumes_, host.damped_volumes, {is_damped, room_.volumes}, kNothing, stream);
-  upload_parts(damped_hinges_, host.damped_hinges, {is_damped, room_.hinges}, kNothing, stream);
   upload_parts(damped_triangles_, host.damped_triangles, {is_damped, room_.triangles}, kNothing,
                stream);
   upload_parts(lane_of_place_, std::span<const Index>(lane_of_place), {1, room_.places}, kNoLane,
@@ -91,7 +90,6 @@ void VertexBuffers::make_room(const SolverData& data, cudaStream_t stream) {
   enlarge_rows(fibres_, 1, &VertexCounts::fibres);
   enlarge_rows(damped_springs_, is_damped, &VertexCounts::springs);
   enlarge_rows(damped_volumes_, is_damped, &VertexCounts::volumes);
-  enlarge_rows(damped_hinges_, is_damped, &VertexCounts::hinges);
   enlarge_rows(damped_triangles_, is_damped, &VertexCounts::triangles);
   lane_of_place_.enlarge(1, before.places, room.places, kNoLane, stream);
   shares_.enlarge(has_shares, before.blocks * kBlockLanes, room.blocks * kBlockLanes, kNothing,
@@ -111,7 +109,6 @@ void VertexBuffers::point(const SolverData& data) {
              fibres_.get(),
              damped_springs_.get(),
              damped_volumes_.get(),
-             damped_hinges_.get(),
              damped_triangles_.get(),
              holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
              lane_of_place_.get(),
@@ -163,8 +160,6 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(damped_springs_.get());
     case DeviceArray::damped_volume_rows:
       return words(damped_volumes_.get());
-    case DeviceArray::damped_hinge_rows:
-      return words(damped_hinges_.get());
     case DeviceArray::damped_triangle_rows:
       return words(damped_triangles_.get());
     case DeviceArray::lane_of_place:
@@ -215,9 +210,9 @@ std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
 std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
-         hinges_.memory_bytes() + damped_hinges_.memory_bytes() + triangles_.memory_bytes() +
-         damped_triangles_.memory_bytes() + fibres_.memory_bytes() + holds_.memory_bytes() +
-         lane_of_place_.memory_bytes() + shares_.memory_bytes();
+         hinges_.memory_bytes() + triangles_.memory_bytes() + damped_triangles_.memory_bytes() +
+         fibres_.memory_bytes() + holds_.memory_bytes() + lane_of_place_.memory_bytes() +
+         shares_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -49,7 +49,7 @@ class VertexBuffers {
   DeviceBuffer<HingeRow> hinges_;
   DeviceBuffer<TriangleRow> triangles_;
   DeviceBuffer<FibreRow> fibres_;
-  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_hinges_, damped_triangles_;
+  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_triangles_;
   DeviceBuffer<Index> holds_;
   DeviceBuffer<Index> lane_of_place_;
   DeviceBuffer<float> shares_;

@@ -64,7 +64,6 @@ struct VertexArrays {
   const FibreRow* fibres;             ///< [fibre]
   const DampedRow* damped_springs;    ///< [spring_room] if damped
   const DampedRow* damped_volumes;    ///< [volume_room] if damped
-  const DampedRow* damped_hinges;     ///< [hinge_room] if damped
   const DampedRow* damped_triangles;  ///< [triangle_room] if damped
   /// [copy][block_room][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.

@@ -41,7 +41,6 @@ enum class DeviceArray : std::uint32_t {
   fibre_rows,
   damped_spring_rows,
   damped_volume_rows,
-  damped_hinge_rows,
   damped_triangle_rows,
   lane_of_place,     ///< of vertices in blocks
   stiffness_shares,  ///< of explicit steps

@@ -117,6 +117,7 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, stiffness), row.stiffness);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, rest), row.rest);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, is_opposite), row.is_opposite);
+    writer.write<HingeRow>(kArray, i, offsetof(HingeRow, damping), row.damping);
   }
   for (Index i = room.triangles.first; i < room.triangles.first + room.triangles.count; ++i) {
     const TriangleRow& row = arrays.triangles[i];
@@ -145,7 +146,6 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
   }
   writer.write(DeviceArray::damped_spring_rows, room.springs, arrays.damped_springs);
   writer.write(DeviceArray::damped_volume_rows, room.volumes, arrays.damped_volumes);
-  writer.write(DeviceArray::damped_hinge_rows, room.hinges, arrays.damped_hinges);
   writer.write(DeviceArray::damped_triangle_rows, room.triangles, arrays.damped_triangles);
 }
 

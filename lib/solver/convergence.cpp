@@ -145,20 +145,32 @@ void add_hinge(const VertexHinge& hinge, Ending& ending) {
     own = own + force;
     first = first - force;
   }
-  if (!hinge.has_angle()) {
-    return;
-  }
-  const auto turn_in = [&](const std::vector<Vector>& x) {
-    const Vector corners[4] = {x[hinge.vertices[0]], x[hinge.vertices[1]], x[hinge.vertices[2]],
-                               x[hinge.vertices[3]]};
-    return BendingConstraint::turn(corners, double{hinge.rest});
+  const auto corners_in = [&](const std::vector<Vector>& x, Vector(&corners)[4]) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      corners[k] = x[hinge.vertices[k]];
+    }
   };
-  const auto turn = turn_in(ending.end);
-  const double moment = hinge.stiffness * turn.value +
-                        hinge.damping / ending.h * (turn.value - turn_in(ending.start).value);
-  for (std::size_t k = 0; k < 4; ++k) {
-    Vector& force = ending.forces[hinge.vertices[k]];
-    force = force - moment * turn.gradient[k];
+  Vector corners[4];
+  if (hinge.stiffness > 0) {
+    corners_in(ending.end, corners);
+    const auto turn = BendingConstraint::turn(corners, double{hinge.rest});
+    for (std::size_t k = 0; k < 4; ++k) {
+      Vector& force = ending.forces[hinge.vertices[k]];
+      force = force - hinge.stiffness * turn.value * turn.gradient[k];
+    }
+  }
+  if (hinge.damping > 0) {
+    corners_in(ending.start, corners);
+    const auto turning = BendingConstraint::turning(corners);
+    double turn = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      turn += turning.shares[k] *
+              dot(turning.across, ending.end[hinge.vertices[k]] - ending.start[hinge.vertices[k]]);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      Vector& force = ending.forces[hinge.vertices[k]];
+      force = force - hinge.damping / ending.h * turn * turning.shares[k] * turning.across;
+    }
   }
 }
 

@@ -193,6 +193,46 @@ TEST_CASE("bending constraint: what is fixed or not finite moves nothing", "[uni
   }
 }
 
+// Would catch a friction that resists a rigid motion, or another rate than that of the angle.
+TEST_CASE("bending constraint: its turning is the rate of the angle", "[property]") {
+  const double edge = GENERATE(1.0, 1e-4);
+  const double angle = GENERATE(-1.5, -0.4, 0.0, 0.3, 1.5);
+  const Hinge hinge(edge, angle);
+  const auto turning = BendingConstraint::turning(hinge.x);
+  const auto turn = [&](const Vec3<double>(&way)[4]) {
+    double sum = 0;
+    for (int i = 0; i < 4; ++i) {
+      sum += turning.shares[i] * dot(turning.across, way[i]);
+    }
+    return sum;
+  };
+  const double step = 1e-4;
+  const Hinge after(edge, angle + step), before(edge, angle - step);
+  Vec3<double> folds[4], shifts[4], spins[4];
+  const Vec3<double> axis{0.3, -0.8, 0.5};
+  for (int i = 0; i < 4; ++i) {
+    folds[i] = after.x[i] - before.x[i];
+    shifts[i] = edge * axis;
+    spins[i] = cross(axis, hinge.x[i]);
+  }
+  CHECK(turn(folds) == Approx(2 * step).epsilon(1e-6));
+  CHECK(std::abs(turn(shifts)) < 1e-12);
+  CHECK(std::abs(turn(spins)) < 1e-12);
+}
+
+// Would catch a turning without bounds, or none, where a hinge is folded or has no area.
+TEST_CASE("bending constraint: the turning of a folded hinge is bounded", "[unit]") {
+  const double angle = GENERATE(2.0, 3.1, kPi);
+  const auto turning = BendingConstraint::turning(Hinge(1e-3, angle).x);
+  CHECK(dot(turning.across, turning.across) <= 2 + 1e-12);
+  Hinge<float> flat(1e-3, 0.5);
+  flat.x[2] = flat.x[0];
+  const auto none = BendingConstraint::turning(flat.x);
+  CHECK(dot(none.across, none.across) == 0);
+  CHECK(none.shares[2] == 0);
+  CHECK(none.shares[3] == 0);
+}
+
 // Rigid and at its rest angle, but turning: friction takes the share c / (1 + c) of the turn back.
 TEST_CASE("bending constraint: damping resists the rate of the angle", "[unit]") {
   const double c = GENERATE(0.1, 1.0, 10.0);

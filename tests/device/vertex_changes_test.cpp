@@ -40,7 +40,6 @@ struct HostRows {
     damped_springs.assign(arrays.damped_springs.begin(), arrays.damped_springs.end());
     damped_volumes.assign(arrays.damped_volumes.begin(), arrays.damped_volumes.end());
     hinges.assign(arrays.hinges.begin(), arrays.hinges.end());
-    damped_hinges.assign(arrays.damped_hinges.begin(), arrays.damped_hinges.end());
     triangles.assign(arrays.triangles.begin(), arrays.triangles.end());
     fibres.assign(arrays.fibres.begin(), arrays.fibres.end());
     damped_triangles.assign(arrays.damped_triangles.begin(), arrays.damped_triangles.end());
@@ -88,9 +87,9 @@ struct HostRows {
   }
 
   void prepare(const SolverData& data) {
-    const DampedRows rows{blocks.data(),         springs.data(),       volumes.data(),
-                          hinges.data(),         triangles.data(),     damped_springs.data(),
-                          damped_volumes.data(), damped_hinges.data(), damped_triangles.data()};
+    const DampedRows rows{blocks.data(),         springs.data(),         volumes.data(),
+                          hinges.data(),         triangles.data(),       damped_springs.data(),
+                          damped_volumes.data(), damped_triangles.data()};
     for (const VertexBlock& block : blocks) {
       for (Index lane = 0; block.is_damped && lane < block.lane_count; ++lane) {
         const StartAccess access{data.particles.data(), data.carries.data(),
@@ -107,7 +106,7 @@ struct HostRows {
   std::vector<HingeRow> hinges;
   std::vector<TriangleRow> triangles;
   std::vector<FibreRow> fibres;
-  std::vector<DampedRow> damped_springs, damped_volumes, damped_hinges, damped_triangles;
+  std::vector<DampedRow> damped_springs, damped_volumes, damped_triangles;
 
  private:
   std::span<std::byte> bytes_of(DeviceArray array) {
@@ -127,8 +126,6 @@ struct HostRows {
         return bytes(damped_volumes);
       case DeviceArray::hinge_rows:
         return bytes(hinges);
-      case DeviceArray::damped_hinge_rows:
-        return bytes(damped_hinges);
       case DeviceArray::triangle_rows:
         return bytes(triangles);
       case DeviceArray::fibre_rows:

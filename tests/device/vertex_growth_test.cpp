@@ -71,7 +71,6 @@ class DeviceRows {
     array(DeviceArray::hinge_rows) = words_of(host.hinges);
     array(DeviceArray::damped_spring_rows) = words_of(host.damped_springs);
     array(DeviceArray::damped_volume_rows) = words_of(host.damped_volumes);
-    array(DeviceArray::damped_hinge_rows) = words_of(host.damped_hinges);
     array(DeviceArray::triangle_rows) = words_of(host.triangles);
     array(DeviceArray::fibre_rows) = words_of(host.fibres);
     array(DeviceArray::damped_triangle_rows) = words_of(host.damped_triangles);
@@ -160,7 +159,6 @@ class DeviceRows {
       if (blocks.has_damping() &&
           (!same_rows(DeviceArray::damped_spring_rows, sizeof(DampedRow), room.springs) ||
            !same_rows(DeviceArray::damped_volume_rows, sizeof(DampedRow), room.volumes) ||
-           !same_rows(DeviceArray::damped_hinge_rows, sizeof(DampedRow), room.hinges) ||
            !same_rows(DeviceArray::damped_triangle_rows, sizeof(DampedRow), room.triangles))) {
         return "damped rows" + in_block;
       }
@@ -205,7 +203,6 @@ class DeviceRows {
     };
     const bool is_damped = !array(DeviceArray::damped_spring_rows).empty() ||
                            !array(DeviceArray::damped_volume_rows).empty() ||
-                           !array(DeviceArray::damped_hinge_rows).empty() ||
                            !array(DeviceArray::damped_triangle_rows).empty();
     fit(DeviceArray::vertex_blocks, counts_.blocks, sizeof(VertexBlock));
     fit(DeviceArray::pull_rows, counts_.pulls, sizeof(PullRow));
@@ -217,7 +214,6 @@ class DeviceRows {
     if (is_damped) {
       fit(DeviceArray::damped_spring_rows, counts_.springs, sizeof(DampedRow));
       fit(DeviceArray::damped_volume_rows, counts_.volumes, sizeof(DampedRow));
-      fit(DeviceArray::damped_hinge_rows, counts_.hinges, sizeof(DampedRow));
       fit(DeviceArray::damped_triangle_rows, counts_.triangles, sizeof(DampedRow));
     }
     fit(DeviceArray::lane_of_place, counts_.places, sizeof(Index), kNoLane);

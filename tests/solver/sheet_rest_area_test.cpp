@@ -220,7 +220,8 @@ TEST_CASE("sheet rest area: hinges are pulls where the sheet is thin", "[unit]")
     return Solver(scene, options_of(SolverMethod::vertex_block));
   };
   const auto with_angle = [](const Solver& solver) {
-    return std::ranges::count_if(inspect(solver).vertex_blocks.hinges(), &VertexHinge::has_angle);
+    return std::ranges::count_if(inspect(solver).vertex_blocks.hinges(),
+                                 [](const VertexHinge& hinge) { return hinge.stiffness > 0; });
   };
   Solver thin = made(0.1F * static_cast<float>(kEdge));
   const auto all = static_cast<std::ptrdiff_t>(thin.tissue().hinges().size());

@@ -480,19 +480,4 @@ TEST_CASE("vertex blocks: damping resists what has changed since the start", "[u
         Approx(2 * 0.003 + damping * 0.001 * inverse_dt).epsilon(1e-4));
 }
 
-// Would catch a dashpot of tangents, which is none where they grow: near half a turn.
-TEST_CASE("vertex blocks: a damped hinge is drawn to rest from where it starts", "[unit]") {
-  const double rest = GENERATE(-3.0, -0.4, 0.0, 0.7, 3.0);  // rad
-  const double bent = GENERATE(-3.1, -0.2, 1.5, 3.1);
-  const double share = GENERATE(0.0, 0.25, 1.0);
-  const double pi = std::acos(-1.0);
-  const auto turn_of = [](double angle) { return 4 * std::tan(angle / 4); };
-  const auto way = [&](double angle) { return std::remainder(angle, 2 * pi); };
-  const double start = turn_of(way(bent - rest));
-  const double target = 4 * std::atan(turned_rest(turn_of(rest), share * start) / 4);
-  const double expected = rest + 4 * std::atan(share * start / 4);
-  CHECK(std::abs(target) <= pi + 1e-9);
-  CHECK(std::abs(way(target - expected)) < 1e-9);
-}
-
 }  // namespace pbdsurg

@@ -94,10 +94,9 @@ inline void mix_vertices(Digest& digest, const VertexBlocks& vertices) {
         }
         digest.mix(rows.hinges[i].is_opposite[lane]);
         digest.mix(rows.hinges[i].moment[lane]);
-        if (rows.damped_hinges.empty()) {
-          digest.mix(rows.hinges[i].stiffness[lane]);
-          digest.mix(rows.hinges[i].rest[lane]);
-        }
+        digest.mix(rows.hinges[i].stiffness[lane]);
+        digest.mix(rows.hinges[i].rest[lane]);
+        digest.mix(rows.hinges[i].damping[lane]);
       }
       for (const TriangleRow& row :
            rows.triangles.subspan(block.triangles.first, block.triangles.count)) {

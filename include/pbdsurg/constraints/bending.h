@@ -61,6 +61,15 @@ struct BendingConstraint : InPlace<BendingConstraint> {
     Scalar curvature[4];       ///< 1/m^2, bounds of the second derivative
   };
 
+  /// How fast a hinge turns, as its friction takes it over a substep: linear in its vertices, from
+  /// where they are at the start. d theta = across . sum shares[i] d x_i for any motion of
+  /// triangles that keep their shapes, and zero for a rigid one.
+  template <class Scalar>
+  struct Turning {
+    Vec3<Scalar> across;  ///< against both normals, halfway between them
+    Scalar shares[4];     ///< 1/m; their sum is zero, and sum shares[i] x_i lies along `across`
+  };
+
   /// C. Zero for a triangle without area, which has no normal.
   template <class Scalar>
   PBDSURG_HOST_DEVICE static Scalar value(const Vec3<Scalar> (&x)[4], Scalar rest) {
@@ -109,6 +118,29 @@ struct BendingConstraint : InPlace<BendingConstraint> {
             {end - left - right, Scalar(-1) * end, left, right},
             {bound(Scalar(1) - left_share, Scalar(1) - right_share), bound(left_share, right_share),
              left_square, right_square}};
+  }
+
+  /// All zero for a triangle without area or a vertex that is not finite. Beyond a right angle
+  /// `across` shrinks, to zero where both triangles lie on each other.
+  template <class Scalar>
+  PBDSURG_HOST_DEVICE static Turning<Scalar> turning(const Vec3<Scalar> (&x)[4]) {
+    const Hinge<Scalar> hinge(x);
+    const auto has_angle = hinge.has_angle();
+    const auto inverse_height = [&](int i) {
+      return select(has_angle, hinge.edge_length * hinge.inverse[i], Scalar(0));
+    };
+    const Scalar inverse = select(has_angle, hinge.inverse_edge * hinge.inverse_edge, Scalar(0));
+    const auto foot_of = [&](const Vec3<Scalar>& opposite) {
+      return select(has_angle, inverse * dot(opposite - x[0], hinge.edge), Scalar(0));
+    };
+    const Scalar left = inverse_height(0), right = inverse_height(1);
+    const Scalar left_foot = foot_of(x[2]), right_foot = foot_of(x[3]);
+    const Vec3<Scalar> sum = hinge.normal[0] + hinge.normal[1];
+    const Scalar square = dot(sum, sum);  // 2 at a right angle
+    const Scalar scale = Scalar(-2) / select(square > Scalar(2), square, Scalar(2));
+    return {select(has_angle, scale * sum, Vec3<Scalar>{}),
+            {left * (left_foot - Scalar(1)) + right * (right_foot - Scalar(1)),
+             Scalar(-1) * (left * left_foot + right * right_foot), left, right}};
   }
 
   /// One projection.

@@ -12,6 +12,7 @@
 ///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
 ///                               + sum w/2 |x_j - x|^2      those of thin sheets (SheetHinge)
 ///                               + sum m 6 V
+///                              + sum 1/2 turn^2          the friction of hinges, likewise
 ///                               + sum w/2 |x_j - x|^2      triangles of sheets, likewise
 ///                               + sum a/2 (A - target)^2
 ///                               + sum s/2 max(0, |F a| - 1)^2   fibres (constraints/fibre.h)
@@ -199,6 +200,10 @@ struct VertexForce {
                                       const Vec3<Scalar>& c) {
     force = force + moment * cross(b - a, c - a);
   }
+  /// As VertexEnergy::add_friction().
+  PBDSURG_HOST_DEVICE void add_friction(Scalar share, const Vec3<Scalar>& across, Scalar turn) {
+    force = force + (share * turn) * across;
+  }
   /// As VertexEnergy::add_triangle().
   PBDSURG_HOST_DEVICE void add_triangle(Scalar weight_a, Scalar weight_b, Scalar stiffness,
                                         Scalar target, const Vec3<Scalar>& a,
@@ -319,6 +324,15 @@ struct VertexEnergy {
   PBDSURG_HOST_DEVICE void add_moment(Scalar moment, const Vec3<Scalar>& a, const Vec3<Scalar>& b,
                                       const Vec3<Scalar>& c) {
     force = force + moment * cross(b - a, c - a);
+  }
+
+  /// The friction of a hinge, 1/2 turn^2 with BendingConstraint::Turning of the substep's start.
+  /// @param share   1/m, minus the vertex's own: the sum of those of the others
+  /// @param across  sqrt(N m)
+  /// @param turn    sqrt(N m), of the hinge since then
+  PBDSURG_HOST_DEVICE void add_friction(Scalar share, const Vec3<Scalar>& across, Scalar turn) {
+    force = force + (share * turn) * across;
+    add_square(share * share, across);
   }
 
   /// A triangle of a sheet.

@@ -207,9 +207,8 @@ bool VertexBlocks::is_neighborhood_damped() const noexcept {
 bool VertexBlocks::note_flags(VertexBlock& block) const noexcept {
   const VertexBlock before = block;
   block.is_damped |= is_neighborhood_damped();
-  block.has_angles |= std::ranges::any_of(neighborhood_.hinges, [](const Bend& hinge) {
-    return hinge.stiffness > 0 || hinge.damping > 0;
-  });
+  block.has_angles |= std::ranges::any_of(neighborhood_.hinges,
+                                          [](const Bend& hinge) { return hinge.stiffness > 0; });
   return block.is_damped != before.is_damped || block.has_angles != before.has_angles;
 }
 
@@ -227,7 +226,6 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
-    damped_hinges_.resize(hinges_.size());
     damped_strips_.resize(strips_.size());
     damped_triangles_.resize(triangles_.size());
   }
@@ -669,9 +667,9 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
          given_triangles_.memory_bytes() + tets_at_.memory_bytes() + springs_at_.memory_bytes() +
          hinges_at_.memory_bytes() + triangles_at_.memory_bytes() + local_walk_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
-               damped_volumes_, damped_hinges_, strips_, damped_strips_, triangles_,
-               damped_triangles_, fibres_, fans_, rooms_, left_rooms_, places_, needs_, touched_,
-               refreshed_, changed_blocks_, list_changes_, color_changes_);
+               damped_volumes_, strips_, damped_strips_, triangles_, damped_triangles_, fibres_,
+               fans_, rooms_, left_rooms_, places_, needs_, touched_, refreshed_, changed_blocks_,
+               list_changes_, color_changes_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

@@ -65,8 +65,6 @@ struct VertexHinge {
   float stiffness = 0;             ///< N m, >= 0, of the angle; zero for none
   float rest = 0;                  ///< BendingConstraint::kRest
   float damping = 0;               ///< N m s, >= 0, of the angle
-
-  [[nodiscard]] bool has_angle() const noexcept { return stiffness > 0 || damping > 0; }
 };
 
 /// Free vertices in colours: no tetrahedron, triangle, spring or hinge that acts joins two of one
@@ -82,7 +80,8 @@ struct VertexHinge {
 /// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
 /// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
 /// what the row has already, that is one spring again, of stiffness k + c / h and a target between
-/// the two. So sweeps need not know of damping; damp_rows() does, once a substep.
+/// the two. So sweeps need not know of damping; damp_rows() does, once a substep. Hinges alone have
+/// numbers of their own for it: BendingConstraint::Turning.
 class VertexBlocks {
  public:
   VertexBlocks() = default;
@@ -120,10 +119,10 @@ class VertexBlocks {
             triangles_.data(), fibres_.data(), strips_.data(),  fans_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
-    return {blocks_.data(),         springs_.data(),       volumes_.data(),
-            hinges_.data(),         triangles_.data(),     damped_springs_.data(),
-            damped_volumes_.data(), damped_hinges_.data(), damped_triangles_.data(),
-            strips_.data(),         damped_strips_.data()};
+    return {blocks_.data(),         springs_.data(),          volumes_.data(),
+            hinges_.data(),         triangles_.data(),        damped_springs_.data(),
+            damped_volumes_.data(), damped_triangles_.data(), strips_.data(),
+            damped_strips_.data()};
   }
 
   /// The rows that are a block's, in use or not: it keeps them where edits give it another index,
@@ -151,14 +150,13 @@ class VertexBlocks {
     std::span<const HingeRow> hinges;
     std::span<const TriangleRow> triangles;
     std::span<const FibreRow> fibres;
-    std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges,
+    std::span<const DampedRow> damped_springs, damped_volumes,
         damped_triangles;  ///< or empty
     std::span<const StripRow> strips;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
-    return {blocks_,         pulls_,         springs_,          volumes_,
-            hinges_,         triangles_,     fibres_,           damped_springs_,
-            damped_volumes_, damped_hinges_, damped_triangles_, strips_};
+    return {blocks_, pulls_,          springs_,        volumes_,          hinges_, triangles_,
+            fibres_, damped_springs_, damped_volumes_, damped_triangles_, strips_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -391,7 +389,6 @@ class VertexBlocks {
   std::vector<HingeRow> hinges_;
   std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
-  std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
   std::vector<TriangleRow> triangles_;
   std::vector<DampedRow> damped_triangles_;  // [triangles_.size()] if there is damping
   std::vector<FibreRow> fibres_;

@@ -41,7 +41,7 @@ bool has_terms(const VertexTriangle& triangle) {
 }
 
 bool has_terms(const VertexHinge& hinge) {
-  return hinge.has_angle() ||
+  return hinge.stiffness > 0 || hinge.damping > 0 ||
          std::ranges::any_of(hinge.weights, [](float weight) { return weight != 0; });
 }
 
@@ -315,7 +315,6 @@ void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noe
   if (has_damping_) {
     copy_lanes(damped_springs_, firsts.springs, counts.springs, from, to);
     copy_lanes(damped_volumes_, firsts.volumes, counts.volumes, from, to);
-    copy_lanes(damped_hinges_, firsts.hinges, counts.hinges, from, to);
     copy_lanes(damped_strips_, firsts.strips, counts.strips, from, to);
     copy_lanes(damped_triangles_, firsts.triangles, counts.triangles, from, to);
   }
@@ -521,7 +520,6 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   if (has_damping_) {
     damped_springs_.reserve(springs_.capacity());
     damped_volumes_.reserve(volumes_.capacity());
-    damped_hinges_.reserve(hinges_.capacity());
     damped_triangles_.reserve(triangles_.capacity());
     damped_strips_.reserve(strips_.capacity());
   }

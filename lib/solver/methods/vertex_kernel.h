@@ -38,15 +38,32 @@ struct RowHinge {
   }
 };
 
+/// sqrt(N m), the turn of a hinge as VertexEnergy::add_friction() takes it, from any start.
+/// @param a  m, with b and c: its neighbours, from the vertex
+template <class Scalar>
+PBDSURG_DEVICE inline Scalar hinge_turn(const Scalar (&shares)[3], const Vec3<Scalar>& across,
+                                        const Vec3<Scalar>& a, const Vec3<Scalar>& b,
+                                        const Vec3<Scalar>& c) {
+  return dot(across, shares[0] * a + shares[1] * b + shares[2] * c);
+}
+
 /// Adds the hinge of a row.
-/// @param has_angle  whether it may have a stiffness of its angle
-/// @param a          m, with b and c: its neighbours, from the vertex
+/// @param block   whose row it is
+/// @param a       m, with b and c: its neighbours, from the vertex
 template <class Access, class Scalar, class Energy>
-PBDSURG_DEVICE inline void add_hinge(const HingeRow& row, bool has_angle, const Access& access,
-                                     const Vec3<Scalar>& a, const Vec3<Scalar>& b,
-                                     const Vec3<Scalar>& c, Energy& energy) {
+PBDSURG_DEVICE inline void add_hinge(const HingeRow& row, const VertexBlock& block,
+                                     const Access& access, const Vec3<Scalar>& a,
+                                     const Vec3<Scalar>& b, const Vec3<Scalar>& c, Energy& energy) {
   energy.add_moment(access.load(row.moment), a, b, c);
-  if (has_angle) {
+  if (block.is_damped) {
+    const Scalar shares[3] = {access.load(row.shares[0]), access.load(row.shares[1]),
+                              access.load(row.shares[2])};
+    const Vec3<Scalar> across{access.load(row.across[0]), access.load(row.across[1]),
+                              access.load(row.across[2])};
+    energy.add_friction(shares[0] + shares[1] + shares[2], across,
+                        hinge_turn(shares, across, a, b, c) - access.load(row.start));
+  }
+  if (block.has_angles) {
     const auto is_opposite = access.load(row.is_opposite) > Scalar(0);
     energy.add_hinge(access.load(row.stiffness), access.load(row.rest),
                      RowHinge<Scalar>({}, a, b, c, is_opposite).x, is_opposite);
@@ -105,7 +122,7 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
   if constexpr (Energy::kHasMore) {
     const HingeRow* const hinges = rows.hinges + block.hinges.first;
     for (Index i = part.first; i < block.hinges.count; i += part.stride) {
-      add_hinge(hinges[i], block.has_angles, access, access.position(hinges[i].neighbors[0]),
+      add_hinge(hinges[i], block, access, access.position(hinges[i].neighbors[0]),
                 access.position(hinges[i].neighbors[1]), access.position(hinges[i].neighbors[2]),
                 energy);
     }
@@ -190,18 +207,6 @@ struct VolumeStiffness {
   }
 };
 
-/// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
-/// do not add up, and beyond half a turn the shorter way is the other.
-/// @param turn  C towards which, from rest
-/// @return      BendingConstraint::kRest
-template <class Scalar>
-PBDSURG_HOST_DEVICE inline Scalar turned_rest(Scalar rest, Scalar turn) {
-  const Scalar across = Scalar(4) * (rest + turn);
-  const Scalar along = Scalar(16) - rest * turn;
-  const auto is_beyond = across * across > along * along;
-  return Scalar(4) * select(is_beyond, -along, across) / select(is_beyond, across, along);
-}
-
 /// Sets stiffness and target of the damped rows of a block for a substep: see VertexBlocks.
 /// @param access      also store(Scalar, float*); positions are those at the start of the substep
 /// @param inverse_dt  1/s
@@ -241,17 +246,26 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
   }
   for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
     HingeRow& row = rows.hinges[i];
-    const DampedRow& from = rows.damped_hinges[i];
-    const RowHinge<Scalar> hinge(
-        x, access.position(row.neighbors[0]), access.position(row.neighbors[1]),
-        access.position(row.neighbors[2]), access.load(row.is_opposite) > Scalar(0));
-    const Scalar rest = access.load(from.target);
-    const Scalar start = BendingConstraint::value(hinge.x, rest);
-    const Scalar damping = access.load(from.damping) * inverse_dt;
-    const Scalar sum = access.load(from.stiffness) + damping;
-    const auto is_usable_start = (start * start < Scalar(kInfinity)) & (damping > Scalar(0));
-    access.store(sum, row.stiffness);
-    access.store(select(is_usable_start, turned_rest(rest, damping / sum * start), rest), row.rest);
+    const Vec3<Scalar> neighbors[3] = {access.position(row.neighbors[0]) - x,
+                                       access.position(row.neighbors[1]) - x,
+                                       access.position(row.neighbors[2]) - x};
+    const auto is_opposite = access.load(row.is_opposite) > Scalar(0);
+    const auto turning = BendingConstraint::turning(
+        RowHinge<Scalar>({}, neighbors[0], neighbors[1], neighbors[2], is_opposite).x);
+    const Scalar shares[3] = {turning.shares[1],
+                              select(is_opposite, turning.shares[0], turning.shares[2]),
+                              turning.shares[3]};
+    const Scalar damping = access.load(row.damping) * inverse_dt;
+    const Scalar scale = select(damping > Scalar(0), sqrt(damping), Scalar(0));
+    const Vec3<Scalar> across = scale * turning.across;
+    for (int k = 0; k < 3; ++k) {
+      access.store(shares[k], row.shares[k]);
+    }
+    access.store(across.x, row.across[0]);
+    access.store(across.y, row.across[1]);
+    access.store(across.z, row.across[2]);
+    const Scalar start = hinge_turn(shares, across, neighbors[0], neighbors[1], neighbors[2]);
+    access.store(select(start * start < Scalar(kInfinity), start, Scalar(0)), row.start);
   }
 }
 

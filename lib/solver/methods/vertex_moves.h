@@ -57,7 +57,7 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
     const Vec3<float> b = access.position(hinges[i].neighbors[1]);
     const Vec3<float> c = access.position(hinges[i].neighbors[2]);
     if (is_finite_way(a) && is_finite_way(b) && is_finite_way(c)) {
-      add_hinge(hinges[i], block.has_angles, access, a, b, c, energy);
+      add_hinge(hinges[i], block, access, a, b, c, energy);
     }
   }
   const TriangleRow* const triangles = rows.triangles + block.triangles.first;

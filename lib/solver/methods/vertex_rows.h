@@ -46,6 +46,11 @@ struct alignas(64) HingeRow {
   float stiffness[kBlockLanes];    ///< N m
   float rest[kBlockLanes];         ///< BendingConstraint::kRest
   float is_opposite[kBlockLanes];  ///< 1 or 0
+  float damping[kBlockLanes];      ///< N m s
+  // In a damped block, of VertexEnergy::add_friction() in this substep: add_damping() sets them.
+  float shares[3][kBlockLanes];  ///< 1/m, of the neighbours
+  float across[3][kBlockLanes];  ///< sqrt(N m): x, y, z
+  float start[kBlockLanes];      ///< sqrt(N m), what to count a turn from
 };
 
 /// A triangle of a sheet.
@@ -103,7 +108,7 @@ struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;
   bool is_damped;   ///< whether some row is
-  bool has_angles;  ///< whether some hinge has a stiffness or damping of its angle
+  bool has_angles;  ///< whether some hinge has a stiffness of its angle
   RowRange pulls, springs, volumes, hinges, triangles, fibres;
   RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
   RowRange fans;    ///< that say the same as pulls and triangles; none where volumes are, too
@@ -132,7 +137,6 @@ struct DampedRows {
   TriangleRow* triangles;
   const DampedRow* damped_springs;    ///< [springs]
   const DampedRow* damped_volumes;    ///< [volumes]
-  const DampedRow* damped_hinges;     ///< [hinges]
   const DampedRow* damped_triangles;  ///< [triangles]
   StripRow* strips = nullptr;
   const DampedRow* damped_strips = nullptr;  ///< [strips]

@@ -83,7 +83,7 @@ void VertexBlocks::find_hinges(Index vertex) {
         add_pull({v[a + b - corner], hinge.weights[e], 0});
       }
     }
-    if (hinge.moment == 0 && !hinge.has_angle()) {
+    if (hinge.moment == 0 && hinge.stiffness == 0 && hinge.damping == 0) {
       continue;
     }
     if (corner == 1 || corner == 3) {  // by half a turn
@@ -113,12 +113,7 @@ void VertexBlocks::write_hinges(const VertexBlock& block, Index lane, Index coun
     row.stiffness[lane] = bend.stiffness;
     row.rest[lane] = bend.rest;
     row.is_opposite[lane] = bend.is_opposite ? 1.0F : 0.0F;
-    if (has_damping_) {
-      DampedRow& damped = damped_hinges_[block.hinges.first + i];
-      damped.stiffness[lane] = bend.stiffness;
-      damped.target[lane] = bend.rest;
-      damped.damping[lane] = bend.damping;
-    }
+    row.damping[lane] = bend.damping;
   }
 }
 
