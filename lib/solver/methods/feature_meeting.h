@@ -72,6 +72,8 @@ inline constexpr float kEnd = 0.02F;
 // Of the radius, that tool and tissue may move against each other between two looks.
 inline constexpr float kStride = 0.5F;
 inline constexpr int kMostLooks = 64;
+// Of the radius: nearer to the axis, as where it runs through a triangle, directions are rounding.
+inline constexpr float kOnAxis = 0.01F;
 inline constexpr float kPlaneMargin = 1e-3F;  // m, beside what a vertex moves in the substep
 
 PBDSURG_HOST_DEVICE inline Vector between(const Vector& from, const Vector& to, float share) {
@@ -183,7 +185,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   using std::ceil;
   const auto& [before, now] = capsule;
   const float radius = now.radius;
-  const float reach = (1 + kContactMargin) * radius;
+  const float reach = (1 + kContactMargin) * radius, on_axis = kOnAxis * radius;
   for (int k = 0; k < corners.count; ++k) {
     if (corners.is_fixed[k] && meet_vertex(corners.end[k], now.start, now.end).distance < radius) {
       return;
@@ -207,7 +209,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   for (int look = 0; look < (known != nullptr ? 1 : looks) && !(has_side && is_hit); ++look) {
     const float share = static_cast<float>(look) / static_cast<float>(looks);
     const Meeting early = meet_at(corners, share, capsule);
-    if (early.distance < reach && early.distance > 0) {
+    if (early.distance < reach && early.distance > on_axis) {
       side = has_side ? side : (1 / early.distance) * early.away;
       has_side = true;
       hit = is_hit ? hit : early;  // gone through, unless it only came by
@@ -217,18 +219,18 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   if (!is_hit) {
     return;
   }
-  const Vector on_axis = between(now.start, now.end, hit.share);
+  const Vector centre = between(now.start, now.end, hit.share);
   const Vector x = hit.weights[0] * corners.end[0] + hit.weights[1] * corners.end[1] +
                    hit.weights[2] * corners.end[2];
-  const Vector away = x - on_axis;
+  const Vector away = x - centre;
   const float distance = length(away);
   Vector normal;
-  if (distance > 0 && (!has_side || dot(away, side) > 0)) {
+  if (distance > on_axis && (!has_side || dot(away, side) > 0)) {
     normal = (1 / distance) * away;
   } else if (has_side) {
-    normal = distance > 0 && end.distance < reach ? (-1 / distance) * away : side;
+    normal = distance > on_axis && end.distance < reach ? (-1 / distance) * away : side;
   } else {
-    return;  // on the axis: it has no side to be pushed to
+    return;  // it has no side to be pushed to
   }
   const float gap = dot(normal, away) - radius;
   if (!(gap < deepest.gap)) {
@@ -239,9 +241,9 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
     deepest.weights[k] = hit.weights[k];
   }
   deepest.normal = normal;
-  deepest.point = on_axis + radius * normal;
+  deepest.point = centre + radius * normal;
   deepest.way = deepest.point - (between(before.start, before.end, hit.share) + radius * normal);
-  deepest.height = dot(normal, on_axis) + radius;
+  deepest.height = dot(normal, centre) + radius;
 }
 
 /// Likewise a half space, with all vertices that are near its plane or come near in the substep.
