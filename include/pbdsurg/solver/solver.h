@@ -479,7 +479,7 @@ class PBDSURG_API Solver {
   void clear_body_contact(Index first, Index second);
 
   /// Which vertices were near other bodies in the last substep of the last step, in the order of
-  /// the solver's places: within twice the thickness and their ways. Those without a force are
+  /// the solver's places: within 1.5 thicknesses and their ways. Those without a force are
   /// among them. An overlap is a negative distance. Cost: O(vertices), if there are any.
   [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;
 

@@ -71,16 +71,16 @@ void begin_touches(const StepContext& step, const VertexState& state) {
   }
   const MovingVertices vertices = moving_vertices(step);
   std::vector<TissueTouch>& touches = step.copy.touches.contacts;
-  const auto is_likely = [&](const TissueTouch& touch) {
-    return touch.multiplier > 0 || read_touch(vertices, touch).gap < 0;
-  };
+  for (TissueTouch& touch : touches) {
+    touch.is_likely = touch.multiplier > 0 || read_touch(vertices, touch).gap < 0;
+  }
   // What all contacts do at a corner: how often it is pushed.
   const auto pushes_at = [&](Index place, const TissueTouch& own, float weight) {
-    float sum = is_likely(own) ? 0 : weight;
+    float sum = own.is_likely ? 0 : weight;
     for (Index h = step.scratch.first_holds[place]; h != kInvalidIndex;
          h = step.scratch.holds[h].next) {
       const VertexHold& hold = step.scratch.holds[h];
-      if (hold.kind == HoldKind::touch && is_likely(touches[hold.entry])) {
+      if (hold.kind == HoldKind::touch && touches[hold.entry].is_likely) {
         sum += std::abs(touches[hold.entry].weights[hold.corner]);
       }
     }

@@ -21,14 +21,11 @@ using Eigen::Vector3f;
 
 // In thicknesses: how far apart what does not move meets, how deep it may overlap, the way of a
 // substep that counts, and what surfaces may move between two searches.
-constexpr float kReach = 2, kDeepest = 3, kWay = 8, kSlack = 2;
+constexpr float kReach = 1.5F, kDeepest = 3, kWay = 8, kSlack = 2;
 // Of cosines between what a vertex left last and what is near it now: beyond, it is on the other
 // side of a thin wall, or of a sheet.
 constexpr float kOtherWall = -0.5F, kOtherSide = -0.7F;
-
-float length(const Vector& v) {
-  return std::sqrt(dot(v, v));
-}
+constexpr float kAsNear = 1e-4F;  // of a distance: what differs by less is as near
 
 // The point of a triangle that is nearest to a vertex.
 struct Nearest {
@@ -49,6 +46,7 @@ class TouchSearch {
         touches_(step.copy.touches),
         vertices_(moving_vertices(step)),
         starts_(vertices_.bases == nullptr ? step.scratch.previous.data() : vertices_.bases),
+        ends_(moves_vertices(step.data.options) ? step.scratch.flights.data() : vertices_.moving),
         inverse_dt_squared_(lengths.inverse_dt_squared),
         report_(report) {
     for (const ContactPair& pair : bodies_.pairs()) {
@@ -73,54 +71,70 @@ class TouchSearch {
  private:
   [[nodiscard]] Vector start(Index place) const { return load(starts_[place]); }
 
+  [[nodiscard]] std::size_t index_of(const ContactBodies::Body& body) const {
+    return static_cast<std::size_t>(&body - bodies_.bodies().data());
+  }
+
   // m, likewise, to where sweeps begin
   [[nodiscard]] Vector way_from_start(Index place) const {
     return load(vertices_.moving[place]) - own_start(step_, vertices_, place);
   }
 
-  // m, of a vertex in this substep, as nothing stops it
-  [[nodiscard]] float way(Index place) const {
-    const Vector u = moves_vertices(step_.data.options) ? load(step_.scratch.flights[place])
-                     : vertices_.bases != nullptr       ? load(vertices_.moving[place])
-                                                  : load(vertices_.moving[place]) - start(place);
-    return is_finite_way(u) ? length(u) : 0;
+  // m^2, of the way of a vertex in this substep, as nothing stops it
+  [[nodiscard]] float square_of_way(Index place) const {
+    const Vector u = load(ends_[place]) - (vertices_.bases == nullptr ? start(place) : Vector{});
+    return is_finite_way(u) ? dot(u, u) : 0;
   }
+  [[nodiscard]] float way(Index place) const { return std::sqrt(square_of_way(place)); }
 
   template <class Visit>
-  void for_each_vertex(const Visit& visit) const {
-    for (const ContactBodies::Body& body : bodies_.bodies()) {
-      for (std::size_t i = 0; i < body.places.size(); ++i) {
-        visit(body.places[i], static_cast<std::size_t>(body.first_vertex) + i);
-      }
+  static void for_each_vertex(const ContactBodies::Body& body, const Visit& visit) {
+    for (std::size_t i = 0; i < body.places.size(); ++i) {
+      visit(body.places[i], static_cast<std::size_t>(body.first_vertex) + i);
     }
   }
 
-  [[nodiscard]] bool is_search_valid() const {
-    const TissueTouches::Search& search = touches_.search;
+  [[nodiscard]] bool is_search_valid() {
+    TissueTouches::Search& search = touches_.search;
     if (search.revision != bodies_.revision()) {
       return false;
     }
+    float most_way = 0;  // m^2
     bool is_valid = true;
-    for_each_vertex([&](Index place, std::size_t i) {
-      const Vector moved = start(place) - search.seen[i];
-      // what was lost and is no more: written by hand
-      is_valid =
-          is_valid && (!is_finite_way(start(place)) ||
-                       length(moved) + std::min(way(place), kWay * thickest_) <= search.slack);
-    });
+    const float most = kWay * thickest_;
+    for (const ContactBodies::Body& body : bodies_.bodies()) {
+      float most_moved = 0;  // m^2
+      for_each_vertex(body, [&](Index place, std::size_t i) {
+        const Vector x = start(place);
+        if (!is_finite_way(x)) {  // what was lost and is no more: written by hand
+          return;
+        }
+        const Vector d = x - search.seen[i];
+        const float moved = dot(d, d), ahead = std::min(square_of_way(place), most * most);
+        most_moved = std::max(most_moved, moved);
+        most_way = std::max(most_way, ahead);
+        is_valid = is_valid && (2 * (moved + ahead) <= search.slack * search.slack ||
+                                std::sqrt(moved) + std::sqrt(ahead) <= search.slack);
+      });
+      search.moved[index_of(body)] = std::sqrt(most_moved);
+    }
+    most_way_ = std::sqrt(most_way);
     return is_valid;
   }
 
   void search() {
     TissueTouches::Search& search = touches_.search;
     search.seen.resize(static_cast<std::size_t>(bodies_.vertex_count()));
-    float most = 0;
-    for_each_vertex([&](Index place, std::size_t i) {
-      search.seen[i] = start(place);
-      most = std::max(most, std::min(way(place), kWay * thickest_));
-    });
-    search.slack = most + kSlack * thickest_;
     const std::span<const ContactBodies::Body> bodies = bodies_.bodies();
+    search.moved.assign(bodies.size(), 0);
+    most_way_ = 0;
+    for (const ContactBodies::Body& body : bodies) {
+      for_each_vertex(body, [&](Index place, std::size_t i) {
+        search.seen[i] = start(place);
+        most_way_ = std::max(most_way_, std::min(way(place), kWay * thickest_));
+      });
+    }
+    search.slack = most_way_ + kSlack * thickest_;
     const std::span<const Particle> starts(starts_, step_.copy.particles.size());
     search.trees.resize(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -145,7 +159,7 @@ class TouchSearch {
 
   void add_candidates(Index pair, const ContactBodies::Body& from, const ContactBodies::Body& to) {
     TissueTouches::Search& search = touches_.search;
-    const TouchTree& tree = search.trees[&to - bodies_.bodies().data()];
+    const TouchTree& tree = search.trees[index_of(to)];
     const float thickness = bodies_.pairs()[pair].contact.thickness;
     const float reach = kDeepest * thickness + 2 * search.slack;
     for (const Index place : from.places) {
@@ -155,7 +169,7 @@ class TouchSearch {
         const TrianglePoint<float> point = closest(triangle, x);
         if (point.point.squaredNorm() < reach * reach &&
             bodies_.may_meet(place, from.body, triangle, to, kDeepest * thickness)) {
-          search.candidates.push_back({{place, to.body}, pair, triangle});
+          search.candidates.push_back({{place, to.body}, pair, triangle, point.point.norm()});
         }
       });
     }
@@ -169,41 +183,71 @@ class TouchSearch {
                                       vector_of(start(triangle[2]) - x), Vector3f::Zero());
   }
 
+  // m, what both bodies of a pair may have come nearer since the last search.
+  [[nodiscard]] float nearer_by(const ContactPair& pair) const {
+    constexpr float kRounding = 1e-3F;  // of a thickness
+    const std::vector<float>& moved = touches_.search.moved;
+    return moved[index_of(bodies_.body(pair.first))] + moved[index_of(bodies_.body(pair.second))] +
+           kRounding * thickest_;
+  }
+
+  // None of a triangle without a place, or of one that faces what the vertex left last.
+  [[nodiscard]] std::optional<Nearest> measure(const TouchCandidate& candidate, const Vector& x,
+                                               bool is_two_sided,
+                                               const RememberedTouch* known) const {
+    const auto& t = candidate.triangle;
+    const Vector3f outwards =
+        vector_of(cross(start(t[1]) - start(t[0]), start(t[2]) - start(t[0]))).normalized();
+    if (known != nullptr && !is_two_sided && outwards.dot(vector_of(known->normal)) < kOtherWall) {
+      return std::nullopt;
+    }
+    const TrianglePoint<float> point = closest(t, x);
+    const float distance = point.point.norm();
+    if (!std::isfinite(distance) || !outwards.allFinite()) {
+      return std::nullopt;
+    }
+    const Vector3f away = -point.point;
+    return Nearest{t,        point.weights, away,
+                   distance, outwards,      distance > 0 ? outwards.dot(away) / distance : 1.0F};
+  }
+
   // Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
   // most: it tells the side.
+  // @param limit      m, what is no nearer does not count
+  // @param nearer_by  m, than candidates were
   [[nodiscard]] std::optional<Nearest> find_nearest(std::span<const TouchCandidate> candidates,
-                                                    const Vector& x, bool is_two_sided,
+                                                    const Vector& x, float limit, float nearer_by,
+                                                    bool is_two_sided,
                                                     const RememberedTouch* known) const {
+    const auto first = std::ranges::min_element(candidates, {}, &TouchCandidate::distance);
+    if (!(first->distance - nearer_by < limit)) {
+      return std::nullopt;
+    }
+    const std::optional<Nearest> likely = measure(*first, x, is_two_sided, known);
     std::optional<Nearest> best;
-    for (const TouchCandidate& candidate : candidates) {
-      const auto& t = candidate.triangle;
-      const Vector3f outwards =
-          vector_of(cross(start(t[1]) - start(t[0]), start(t[2]) - start(t[0]))).normalized();
-      if (known != nullptr && !is_two_sided &&
-          outwards.dot(vector_of(known->normal)) < kOtherWall) {
+    for (auto c = candidates.begin(); c != candidates.end(); ++c) {
+      const float nearest =
+          std::min(likely ? likely->distance : limit, best ? best->distance : limit);
+      if (c->distance - nearer_by > (1 + kAsNear) * nearest) {
         continue;
       }
-      const TrianglePoint<float> point = closest(t, x);
-      const float distance = point.point.norm();
-      if (!std::isfinite(distance) || !outwards.allFinite()) {
+      const std::optional<Nearest> met = c == first ? likely : measure(*c, x, is_two_sided, known);
+      if (!met) {
         continue;
       }
-      const Vector3f away = -point.point;
-      const float alignment = distance > 0 ? outwards.dot(away) / distance : 1.0F;
-      constexpr float kRounding = 1e-4F;
-      const bool is_nearer = !best || distance < (1 - kRounding) * best->distance;
-      const bool is_as_near = best && distance <= (1 + kRounding) * best->distance;
-      if (is_nearer ||
-          (is_as_near && std::abs(alignment) > std::abs(best->alignment) + kRounding)) {
-        best = {t, point.weights, away, distance, outwards, alignment};
+      const float alignment = std::abs(met->alignment);
+      const bool is_nearer = !best || met->distance < (1 - kAsNear) * best->distance;
+      const bool is_as_near = best && met->distance <= (1 + kAsNear) * best->distance;
+      if (is_nearer || (is_as_near && alignment > std::abs(best->alignment) + kAsNear)) {
+        best = met;
       }
     }
     return best;
   }
 
   void meet(std::span<const TouchCandidate> candidates) {
-    const auto& [slot, pair_index, unused] = candidates.front();
-    const ContactPair& pair = bodies_.pairs()[pair_index];
+    const TouchSlot& slot = candidates.front().slot;
+    const ContactPair& pair = bodies_.pairs()[candidates.front().pair];
     const float thickness = pair.contact.thickness;
     const Vector x = start(slot.place);
     if (!is_finite_way(x)) {
@@ -211,7 +255,11 @@ class TouchSearch {
     }
     const bool is_two_sided = bodies_.body(slot.body).is_two_sided;
     const RememberedTouch* const known = find_remembered(slot);
-    const std::optional<Nearest> nearest = find_nearest(candidates, x, is_two_sided, known);
+    const float most = kWay * thickness;
+    const float limit =
+        std::max(kReach * thickness + 2 * std::min(most_way_, most), kDeepest * thickness);
+    const std::optional<Nearest> nearest =
+        find_nearest(candidates, x, limit, nearer_by(pair), is_two_sided, known);
     if (!nearest) {
       return;
     }
@@ -221,7 +269,6 @@ class TouchSearch {
       ways = std::max(ways, way(corner));
       mobility += step_.copy.particles[corner].w;
     }
-    const float most = kWay * thickness;
     const float reach = kReach * thickness + std::min(way(slot.place), most) + std::min(ways, most);
     const Index vertex_body = slot.body == pair.first ? pair.second : pair.first;
     const bool is_corner = std::ranges::count(weights, 0.0F) == 2;
@@ -277,15 +324,18 @@ class TouchSearch {
         break;
       }
       const auto& t = candidate.triangle;
+      const bool is_at_edge = std::ranges::all_of(std::array{0, 1, 2}, [&](int k) {
+        return edge.weights[k] == 0 || std::ranges::find(t, edge.triangle[k]) != t.end();
+      });
+      if (!is_at_edge) {
+        continue;
+      }
       const Vector3f a = vector_of(start(t[0]) - start(place));
       const Vector3f ab = vector_of(start(t[1]) - start(t[0]));
       const Vector3f ac = vector_of(start(t[2]) - start(t[0]));
       const Vector3f across = ab.cross(ac), outwards = across.normalized();
       const float distance = outwards.dot(edge.away), clear = outwards.dot(ahead);
-      const bool is_at_edge = std::ranges::all_of(std::array{0, 1, 2}, [&](int k) {
-        return edge.weights[k] == 0 || std::ranges::find(t, edge.triangle[k]) != t.end();
-      });
-      if (is_at_edge && distance > kRest * thickness && clear > most) {
+      if (distance > kRest * thickness && clear > most) {
         const Vector3f at = -distance * outwards - a;
         const float b = across.dot(at.cross(ac)) / across.squaredNorm();
         const float c = across.dot(ab.cross(at)) / across.squaredNorm();
@@ -338,9 +388,11 @@ class TouchSearch {
   TissueTouches& touches_;
   MovingVertices vertices_;
   const Particle* starts_;
+  const Particle* ends_;  // of its free way in this substep; displacements, where starts are bases
   float inverse_dt_squared_;
   StepReport& report_;
   float thickest_ = 0;
+  float most_way_ = 0;  // m, of all vertices in this substep
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace pbdsurg {
 [[nodiscard]] bool has_touches(const StepContext& step) noexcept;
 
 /// Finds the contacts of a substep where it starts: each vertex of a body's surface with the
-/// nearest point of another's, if that is within twice the thickness and the ways that both would
+/// nearest point of another's, if that is within one and a half thicknesses and the ways that both would
 /// go by themselves. So two surfaces that touch have one contact a vertex, in the order of
 /// vertices, and where two vertices face each other, that of the first body.
 ///

@@ -50,7 +50,8 @@ struct TissueTouch {
   /// m, sum(weights * u) of either side when a sweep of vertex blocks began: what the other side
   /// sees of it, as vertices of both may move at the same time
   std::array<Vec3<float>, 2> seen{};
-  bool is_eased = false;  ///< with the pieces that it touches: see ease_pieces()
+  bool is_likely = false;  ///< whether it pushes as sweeps begin
+  bool is_eased = false;   ///< with the pieces that it touches: see ease_pieces()
 };
 
 /// What a substep leaves to the next of a contact.
@@ -78,6 +79,7 @@ struct TouchCandidate {
   TouchSlot slot;
   Index pair;  ///< of ContactBodies
   std::array<Index, 3> triangle;
+  float distance;  ///< m, when it was found
 
   auto operator<=>(const TouchCandidate& other) const noexcept = default;
 };
@@ -93,6 +95,7 @@ struct TissueTouches {
     std::uint64_t revision = 0;              ///< of ContactBodies; zero: there was none
     float slack = 0;                         ///< m
     std::vector<Vec3<float>> seen;           ///< [vertices of ContactBodies] m
+    std::vector<float> moved;                ///< [bodies of ContactBodies] m, at most since then
     std::vector<TouchTree> trees;            ///< [bodies of ContactBodies]
     std::vector<TouchCandidate> candidates;  ///< ascending
   } search;
