@@ -15,9 +15,9 @@ namespace pbdsurg {
 [[nodiscard]] bool has_touches(const StepContext& step) noexcept;
 
 /// Finds the contacts of a substep where it starts: each vertex of a body's surface with the
-/// nearest point of another's, if that is within one and a half thicknesses and the ways that both would
-/// go by themselves. So two surfaces that touch have one contact a vertex, in the order of
-/// vertices, and where two vertices face each other, that of the first body.
+/// nearest point of another's, if that is within 1.5 thicknesses and the ways that both would go by
+/// themselves. So two surfaces that touch have one contact a vertex, in the order of vertices, and
+/// where two vertices face each other, that of the first body.
 ///
 /// Outside is where the nearest triangle of a body faces. The vertex of a sheet's other side stays
 /// there for as long as it is near. Bodies that are nearer than their thickness, or overlap by less
