@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/feature_meeting.h"
+
+#include "tests/support/catch.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using Vector = Vec3<float>;
+
+constexpr float kRadius = 0.5e-3F;
+
+// At rest, around the origin, its normal in the plane of x and z.
+FeatureCorners make_triangle(const Vector& normal) {
+  const Vector across{0, 1, 0};
+  const Vector along = cross(across, normal);
+  FeatureCorners corners;
+  corners.count = 3;
+  const Vector places[3] = {-5e-3F * along - 5e-3F * across, 5e-3F * along - 5e-3F * across,
+                            5e-3F * across};
+  for (int k = 0; k < 3; ++k) {
+    corners.places[k] = k;
+    corners.start[k] = corners.end[k] = places[k];
+  }
+  return corners;
+}
+
+// Does not move.
+SweptCapsule make_rod(const Vector& start, const Vector& end) {
+  const PlacedCapsule capsule{start, kRadius, end};
+  return {capsule, capsule};
+}
+
+}  // namespace
+
+// Would catch a rod that lies nearly along a triangle, and pushes it to where rounding says.
+TEST_CASE("feature meeting: what a tool's axis runs through has no side of its own", "[unit]") {
+  const float lean = GENERATE(0.01F, 0.1F, 0.7F);
+  const float offset = GENERATE(-1e-3F, 1e-5F, 0.7e-3F);  // m, along the rod
+  const FeatureCorners triangle = make_triangle({1, 0, lean});
+  const SweptCapsule rod = make_rod({0, 0, offset - 1}, {0, 0, offset + 1});
+  MetFeature met;
+  meet_capsule(triangle, rod, nullptr, met);
+  CHECK(!(met.gap < kInfinity));
+
+  const Vector side{-1, 0, 0};
+  meet_capsule(triangle, rod, &side, met);
+  CHECK(met.gap == Approx(-kRadius).epsilon(1e-2));
+  CHECK(dot(met.normal, side) == Approx(1));
+}
+
+// Would catch a threshold that lets thin tools through: the tip of a rod just above a triangle.
+TEST_CASE("feature meeting: a tip above a triangle pushes it down", "[unit]") {
+  const float height = GENERATE(0.02F, 0.5F, 1.2F);  // of the radius
+  const FeatureCorners triangle = make_triangle({0, 0, 1});
+  const SweptCapsule rod = make_rod({0, 0, height * kRadius}, {0, 0, 1});
+  MetFeature met;
+  meet_capsule(triangle, rod, nullptr, met);
+  CHECK(met.gap == Approx((height - 1) * kRadius).margin(1e-8));
+  CHECK(met.normal.z == Approx(-1));
+}
+
+}  // namespace pbdsurg
