@@ -551,8 +551,21 @@ HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& bl
   add_rows(rows, without_strips(block), access, energy);
 }
 
+HWY_INLINE void store_energy(const VertexEnergy<Lanes>& energy, Index lane, EnergyBlock& to) {
+  store_lanes(energy.force.x, to.force[0] + lane);
+  store_lanes(energy.force.y, to.force[1] + lane);
+  store_lanes(energy.force.z, to.force[2] + lane);
+  store_lanes(energy.isotropic, to.isotropic + lane);
+  store_lanes(energy.xx, to.squares[0] + lane);
+  store_lanes(energy.yy, to.squares[1] + lane);
+  store_lanes(energy.zz, to.squares[2] + lane);
+  store_lanes(energy.xy, to.squares[3] + lane);
+  store_lanes(energy.xz, to.squares[4] + lane);
+  store_lanes(energy.yz, to.squares[5] + lane);
+}
+
 HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& state,
-                                    Index block_index) {
+                                    Index block_index, EnergyBlock& energies) {
   const VertexBlock& block = rows.blocks[block_index];
   const Lanes unit(state.unit), inverse_unit(1 / state.unit);
   LaneBits left = 0;
@@ -586,7 +599,11 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
     scatter(own, state.displacements, block.corners + lane);
     scatter(moved_point(point, before, own.x, unit, inverse_unit), state.fixed_points,
             block.corners + lane);
-    left |= ~(finite & asked) & (bits_of(moves) << lane);
+    const LaneBits left_here = ~(finite & asked) & (bits_of(moves) << lane);
+    if (left_here != 0) {
+      store_energy(energy, lane, energies);
+    }
+    left |= left_here;
   }
   return left;
 }
@@ -693,7 +710,7 @@ HWY_FLATTEN LaneBits find_loose_ends(const VertexRows& rows, const VertexState& 
     scatter({{give.xx, give.yy, give.zz}, Lanes(0)}, ends.gives, block.corners + lane);
     scatter({{give.xy, give.xz, give.yz}, Lanes(0)}, ends.shears, block.corners + lane);
   }
-  return lanes & ~(found & ~state.left_out[block_index]);
+  return lanes & ~found;
 }
 
 HWY_INLINE LooseEnd<Lanes> load_ends(const LinkEnds& ends, const ParticleOffset* corners) {

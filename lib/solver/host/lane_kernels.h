@@ -10,6 +10,7 @@
 #include "pbdsurg/constraints/projection.h"
 
 #include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/energy_block.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -88,8 +89,9 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   void (*settle)(const VertexRange&, const FreeMotion<float>&);
 
   /// Moves the vertices of a block. Returns the lanes that it has left alone: those that it was
-  /// told to, and those at which something is not finite.
-  LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
+  /// told to, and those at which something is not finite; their energies it stores.
+  LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block,
+                             EnergyBlock& energies);
 
   /// Likewise of explicit steps, by the forces where the substep starts.
   LaneBits (*push_vertices)(const VertexRows&, const VertexState&, Index block);
@@ -105,8 +107,8 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   float (*stiffest)(const VertexRows&, const Particle* bases, const Velocity*, float heading,
                     const float* shares, Index first, Index last);
 
-  /// Finds how vertices of a block give way to their stiff links. Returns those of the lanes that
-  /// it has left alone, as solve_vertices() does. It writes those that have no links, too.
+  /// Finds how vertices of a block give way to their stiff links, or to contacts. Returns those of
+  /// the lanes at which something is not finite. It writes those that nobody asked for, too.
   LaneBits (*find_loose_ends)(const VertexRows&, const VertexState&, const LinkEnds&, Index block,
                               LaneBits lanes);
 

@@ -366,7 +366,7 @@ class ThreadedBackend final : public Backend {
         if (meets_surfaces(step) || has_touches(step)) {
           meet(turn);
           if (thread == 0) {
-            damp_held_volumes(turn);
+            find_gives(vertex_state(step, lengths, 1), turn);
             begin_surface_contacts(step, vertex_state(step, lengths, 1));
             begin_touches(step, vertex_state(step, lengths, 1));
           }
@@ -542,7 +542,8 @@ class ThreadedBackend final : public Backend {
         damp_volumes(turn, block);
         const LaneBits left = kernels_.find_loose_ends(rows, vertex_state, step.scratch.link_ends(),
                                                        block, linked[block]);
-        pbdsurg::find_loose_ends(step, vertex_state, block, left);
+        pbdsurg::find_loose_ends(step, vertex_state, block,
+                                 left | (linked[block] & step.scratch.held[block]));
       }
     }
     if (turn.thread == 0) {
@@ -670,10 +671,11 @@ class ThreadedBackend final : public Backend {
     const VertexRows rows = vertex_rows(step);
     const auto [first, count] = step.data.vertex_blocks.blocks(stage.group);
     for (Index block = first + thread; block < first + count; block += threads) {
-      const LaneBits left = kernels_.solve_vertices(rows, state, block);
+      EnergyBlock energies;
+      const LaneBits left = kernels_.solve_vertices(rows, state, block, energies);
       if (left != 0) {
         damp_volumes(turn, block);
-        solve_lanes(step, state, block, left);
+        solve_lanes(step, state, block, left, &energies);
       }
     }
   }
@@ -685,12 +687,40 @@ class ThreadedBackend final : public Backend {
     }
   }
 
-  // Of what is held: who asks how it yields sees all its rows.
-  void damp_held_volumes(const Turn& turn) {
-    const std::vector<LaneBits>& held = turn.step.scratch.held;
-    for (Index block = 0; block < turn.step.data.vertex_blocks.block_count(); ++block) {
-      if (held[block] != 0) {
-        damp_volumes(turn, block);
+  // Whether tools hold a vertex, or only touch it.
+  static bool is_grasped(const StepScratch& scratch, Index first_hold) {
+    bool is_grasped = false;
+    for (Index h = first_hold; h != kInvalidIndex; h = scratch.holds[h].next) {
+      const HoldKind kind = scratch.holds[h].kind;
+      is_grasped |= kind == HoldKind::grasp || kind == HoldKind::grip;
+    }
+    return is_grasped;
+  }
+
+  // How what is held yields, before contacts ask: yield_of() finds what registers cannot, as what a
+  // tool grasps.
+  void find_gives(const VertexState& vertex_state, const Turn& turn) {
+    const StepContext& step = turn.step;
+    StepScratch& scratch = step.scratch;
+    const VertexRows rows = vertex_rows(step);
+    const bool has_room = scratch.end_gives.size() == step.copy.particles.size();
+    for (Index block = 0; block < step.data.vertex_blocks.block_count(); ++block) {
+      const LaneBits held = scratch.held[block];
+      if (held == 0) {
+        continue;
+      }
+      damp_volumes(turn, block);
+      if (!has_room) {
+        continue;
+      }
+      const LaneBits found =
+          held & ~kernels_.find_loose_ends(rows, vertex_state, scratch.link_ends(), block, held);
+      for (Index lane = 0; lane < rows.blocks[block].lane_count; ++lane) {
+        const ParticleOffset corner = rows.blocks[block].corners[lane];
+        const Index first = scratch.first_holds[place_at(corner)];
+        if ((found >> lane & 1) != 0 && first != kInvalidIndex && !is_grasped(scratch, first)) {
+          scratch.gives[first] = {load_end(scratch.link_ends(), corner).give, true};
+        }
       }
     }
   }

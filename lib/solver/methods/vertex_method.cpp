@@ -26,6 +26,19 @@
 namespace pbdsurg {
 namespace {
 
+VertexEnergy<float> energy_of(const EnergyBlock& block, Index lane) {
+  VertexEnergy<float> energy;
+  energy.force = {block.force[0][lane], block.force[1][lane], block.force[2][lane]};
+  energy.isotropic = block.isotropic[lane];
+  energy.xx = block.squares[0][lane];
+  energy.yy = block.squares[1][lane];
+  energy.zz = block.squares[2][lane];
+  energy.xy = block.squares[3][lane];
+  energy.xz = block.squares[4][lane];
+  energy.yz = block.squares[5][lane];
+  return energy;
+}
+
 bool has_stiffness(float compliance) noexcept {
   return compliance > 0 && std::isfinite(1 / compliance);
 }
@@ -246,7 +259,7 @@ VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
 }
 
 void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
-                 LaneBits lanes) {
+                 LaneBits lanes, const EnergyBlock* energies) {
   const VertexRows rows = vertex_rows(step);
   const VertexBlock& block = rows.blocks[block_index];
   const std::vector<Index>& first_holds = step.scratch.first_holds;
@@ -276,7 +289,10 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
       return move_held(held, energy, 1 / state.inverse_dt_squared);
     };
     const Vec3<float> moved =
-        u + move_vertex(rows, is_lost(point) ? VertexBlock{} : block, access, start, solve);
+        u + (is_lost(point) ? move_vertex(rows, VertexBlock{}, access, start, solve)
+             : energies == nullptr
+                 ? move_vertex(rows, block, access, start, solve)
+                 : move_vertex(rows, block, access, start, energy_of(*energies, lane), solve));
     store(p, moved);
     point = moved_point(point, u, moved);
   }

@@ -12,6 +12,7 @@
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/solver/methods/energy_block.h"
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/program/step_scratch.h"
 
@@ -59,7 +60,9 @@ void damp_rows(const StepContext& step, float inverse_dt);
                                        float relaxation) noexcept;
 
 /// Moves some vertices of a block, one after another.
-void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
+/// @param energies  of these, but for what holds them; null: found anew
+void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes,
+                 const EnergyBlock* energies = nullptr);
 
 /// Of explicit steps: moves some vertices of a block, or all of all blocks, by forces of the start.
 void push_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);

@@ -58,7 +58,7 @@ void StepScratch::fit_ends(const SolverData& data) {
     meeting.fit(data.free_pieces, data.particles.size());
   }
   const auto& links = data.sets.of<StiffLinkConstraint>();
-  if (links.group_count() == 0 && data.custom.empty()) {
+  if (links.group_count() == 0 && data.custom.empty() && data.contact_bodies.empty()) {
     return;
   }
   const std::size_t places = data.particles.size(), room = data.particles.capacity();
