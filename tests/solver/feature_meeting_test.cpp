@@ -50,6 +50,22 @@ TEST_CASE("feature meeting: what a tool's axis runs through has no side of its o
   CHECK(dot(met.normal, side) == Approx(1));
 }
 
+// Would catch a vertex that a fast tip has passed, and that is met at the shaft beside it.
+TEST_CASE("feature meeting: what was before a tip goes back there", "[unit]") {
+  const float beside = GENERATE(0.0F, 1e-3F, 0.5F);  // of the radius
+  const bool was_met = GENERATE(false, true);
+  FeatureCorners vertex;
+  vertex.count = 1;
+  vertex.places[0] = 0;
+  vertex.start[0] = {0, 0, -kRadius};
+  vertex.end[0] = {beside * kRadius, 0, 3 * kRadius};
+  const Vector side{0, 0, -1};
+  MetFeature met;
+  meet_capsule(vertex, make_rod({0, 0, 0}, {0, 0, 1}), was_met ? &side : nullptr, met);
+  CHECK(met.gap == Approx(-4 * kRadius));
+  CHECK(met.normal.z == Approx(-1));
+}
+
 // Would catch a threshold that lets thin tools through: the tip of a rod just above a triangle.
 TEST_CASE("feature meeting: a tip above a triangle pushes it down", "[unit]") {
   const float height = GENERATE(0.02F, 0.5F, 1.2F);  // of the radius

@@ -174,8 +174,9 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
 }  // namespace feature_meeting
 
 /// Considers one capsule of a tool, and keeps the plane with the least gap. A feature is met where
-/// it is within a quarter of the capsule's radius where the substep ends, or if it has gone through
-/// on its way; but for one with a fixed corner inside, which no push gets out.
+/// it is within a quarter of the capsule's radius where the substep ends, on the side where it was;
+/// else where it was near on its way, as it has gone through, perhaps up the shaft. One with a
+/// fixed corner inside is not met, for no push gets it out.
 /// @param side  the normal that it had in the substep before, where the tool keeps it on the same
 ///              side; null if there was none
 PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
@@ -194,7 +195,9 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   const Meeting end = meet_at(corners, 1, capsule);
   bool has_side = known != nullptr;
   Vector side = has_side ? *known : Vector{};
-  bool is_hit = end.distance < reach;
+  // where it ends, unless it is on its way through
+  const auto is_met_at_end = [&] { return end.distance < reach && dot(end.away, side) > on_axis; };
+  bool is_hit = has_side && is_met_at_end();
   Meeting hit = end;
   float travel = 0;
   for (int k = 0; k < corners.count; ++k) {
@@ -206,17 +209,19 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
                     : strides < kMostLooks ? static_cast<int>(strides)
                                            : kMostLooks;
   // the first look is at the start: what was near then, sweeps may bring back
-  for (int look = 0; look < (known != nullptr ? 1 : looks) && !(has_side && is_hit); ++look) {
+  bool is_early = false;
+  for (int look = 0; look < (known != nullptr ? 1 : looks) && !is_hit; ++look) {
     const float share = static_cast<float>(look) / static_cast<float>(looks);
     const Meeting early = meet_at(corners, share, capsule);
-    if (early.distance < reach && early.distance > on_axis) {
+    if (early.distance < reach && (has_side || early.distance > on_axis)) {
       side = has_side ? side : (1 / early.distance) * early.away;
       has_side = true;
-      hit = is_hit ? hit : early;  // gone through, unless it only came by
       is_hit = true;
+      is_early = !is_met_at_end();
+      hit = is_early ? early : end;
     }
   }
-  if (!is_hit) {
+  if (!is_hit && !(end.distance < reach)) {
     return;
   }
   const Vector centre = between(now.start, now.end, hit.share);
@@ -228,7 +233,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   if (distance > on_axis && (!has_side || dot(away, side) > 0)) {
     normal = (1 / distance) * away;
   } else if (has_side) {
-    normal = distance > on_axis && end.distance < reach ? (-1 / distance) * away : side;
+    normal = distance > on_axis && !is_early ? (-1 / distance) * away : side;
   } else {
     return;  // it has no side to be pushed to
   }
