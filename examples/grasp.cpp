@@ -57,7 +57,10 @@ int main() try {
   pbdsurg::GripReport report = pull(world, grasper, 5e-3F);
   std::printf("%zu points hold %.2f N of %.2f N\n", held, report.pull.norm(), report.slip_limit);
 
-  world.set_clamp_force(grasper, 0.25F);  // the hand relaxes
+  for (int i = 1; i <= 20; ++i) {  // the hand relaxes, in a tenth of a second
+    world.set_clamp_force(grasper, 2 - 1.75F * static_cast<float>(i) / 20);
+    step(world);
+  }
   report = pull(world, grasper, 10e-3F);
   std::printf("slips at %.2f N of %.2f N\n", report.pull.norm(), report.slip_limit);
 
