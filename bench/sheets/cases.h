@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Sheets at rest whose shape a closed form gives.
+/// Sheets at rest, or on their way there, whose shape a closed form gives.
 
 #include <functional>
 #include <vector>

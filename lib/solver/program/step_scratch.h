@@ -107,7 +107,7 @@ struct PBDSURG_API StepScratch {
   std::vector<RigidBody> group_bodies;        // likewise
   std::vector<PiecePair> piece_pairs;         ///< that push each other, see eased_pieces.h
   CoarseScratch coarse;                       ///< of its coarse correction, if it has one
-  // of its stiff links and custom constraints, if there are any
+  // of its stiff links, custom constraints and bodies that meet, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
   std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
