@@ -130,22 +130,29 @@ void find_turns(const StepContext& step) {
   }
 }
 
+// Forces at nodes, as they are in pieces at rest.
+// @param sums_of  (Index node) N, times 1, X, Y and Z
+template <class SumsOf>
+void find_loads(const StepContext& step, const SumsOf& sums_of) {
+  CoarseScratch& scratch = step.scratch.coarse;
+  const CoarseSpace& space = step.data.coarse_space;
+  for (Index node = 0; node < space.node_count(); ++node) {
+    const AffineNumbers& sums = sums_of(node);
+    for (int k = 0; k < 4; ++k) {
+      const float(&sum)[4] = sums.of[k];
+      const Vec3<float> load = scratch.turns[space.piece_of(node)].back({sum[0], sum[1], sum[2]});
+      float* const loads = scratch.loads.data() + number_of(node, k, 0);
+      loads[0] = load.x;
+      loads[1] = load.y;
+      loads[2] = load.z;
+    }
+  }
+}
+
 // Of a hold, and a node that moves some of it.
 CoarseShares& hold_sum(const StepContext& step, Index hold, Index node) {
   return step.scratch.coarse.hold_sums[hold * step.data.coarse_space.node_count() + node];
 }
-
-// Springs at holds, and constraints of many neighbours.
-struct CoarseRows : CoarseHolds {
-  Index wides = 0;
-  double wide_gives[WideConstraints::kMost];
-
-  [[nodiscard]] Index rows() const { return CoarseHolds::rows() + wides; }
-  [[nodiscard]] double row_give(Index row) const {
-    const Index wide = row - CoarseHolds::rows();
-    return wide < 0 ? CoarseHolds::row_give(row) : wide_gives[wide];
-  }
-};
 
 CoarseRows gather_coarse_holds(const StepContext& step) {
   CoarseScratch& scratch = step.scratch.coarse;
@@ -163,7 +170,7 @@ CoarseRows gather_coarse_holds(const StepContext& step) {
 
   CoarseRows holds;
   holds.wides = scratch.wide.count();
-  const Index most_holds = (kHoldRows - holds.wides) / 3;
+  const Index most_holds = CoarseRows::most_holds(holds.wides);
   const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
   const auto is_opposed = [](const CoarseVertex& vertex) {
     return vertex.takes_part() && vertex.stiffness > 0;
@@ -223,51 +230,39 @@ void find_hold_rows(const StepContext& step, const CoarseRows& holds) {
   }
 }
 
-// How modes change a constraint of many neighbours, by vertices that take part in the correction.
+// How modes change a constraint of many neighbours, by vertices that take part in the correction:
+// as they answer to a load along its gradients.
 void find_wide_row(const StepContext& step, CoarseRows& holds, Index wide) {
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
-  std::ranges::fill(scratch.wide_sums, CoarseShares{});
-  for (const WideConstraints::Corner& corner : scratch.wide.corners(wide)) {
-    const CoarseVertex& vertex = space.vertices()[corner.place];
-    if (!vertex.takes_part() || !(scratch.residuals[corner.place].w > 0)) {
+  std::ranges::fill(scratch.wide_sums, AffineNumbers{});
+  for (const auto& [place, gradient] : scratch.wide.corners(wide)) {
+    const CoarseVertex& vertex = space.vertices()[place];
+    if (!vertex.takes_part() || !(scratch.residuals[place].w > 0)) {
       continue;
     }
-    const Vec3<float> gradient =
-        scratch.turns[space.piece_of(vertex.nodes[0])].back(corner.gradient);
-    const float of_axes[3] = {gradient.x, gradient.y, gradient.z};
     for (int i = 0; i < kCoarseNodes; ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
-        float(&sum)[4] = scratch.wide_sums[3 * vertex.nodes[i] + axis].of;
-        const float weight = vertex.weights[i] * of_axes[axis];
-        sum[0] += weight;
-        for (int k = 0; k < 3; ++k) {
-          sum[k + 1] += weight * vertex.place[k];
-        }
-      }
-    }
-  }
-  const Index rows = holds.rows(), row = 3 * holds.count + wide;
-  const auto modes = static_cast<Index>(scratch.amplitudes.size());
-  for (Index node = 0; node < space.node_count(); ++node) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const float(&sum)[4] = scratch.wide_sums[3 * node + axis].of;
       for (int k = 0; k < 4; ++k) {
-        const std::span<const float> moves = space.numbers(number_of(node, k, axis));
-        for (Index m = 0; m < modes; ++m) {
-          scratch.hold_modes[m * rows + row] += sum[k] * moves[m];
-        }
+        const float share = vertex.weights[i] * (k == 0 ? 1 : vertex.place[k - 1]);
+        float(&sum)[4] = scratch.wide_sums[vertex.nodes[i]].of[k];
+        sum[0] += share * gradient.x;
+        sum[1] += share * gradient.y;
+        sum[2] += share * gradient.z;
       }
     }
   }
-  double give = 0;
+  find_loads(step, [&](Index node) -> const AffineNumbers& { return scratch.wide_sums[node]; });
+  sum_up(
+      scratch.loads, [&](Index number) { return space.numbers(number); }, scratch.sums_of_all,
+      scratch.wide_modes);
+  const Index row = holds.row_of_wide(wide);
+  const auto modes = static_cast<Index>(scratch.amplitudes.size());
   for (Index m = 0; m < modes; ++m) {
-    const double move{scratch.hold_modes[m * rows + row]};
-    give += double{scratch.gives[m]} * move * move;
+    scratch.hold_modes[m * holds.rows() + row] = scratch.wide_modes[m];
   }
-  constexpr double kLeastGive = 1e-4;  // of that of the modes: two may say the same
   holds.wide_gives[wide] =
-      give > 0 ? std::max(double{scratch.wide.compliance(wide)}, kLeastGive * give) : 1;
+      holds.wide_give(wide, scratch.wide.compliance(wide), modes, scratch.gives.data(),
+                      scratch.hold_modes.data());
 }
 
 // Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
@@ -303,7 +298,7 @@ void WideConstraints::clear() noexcept {
 }
 
 bool WideConstraints::begin(float compliance) {
-  if (count() == kMost) {
+  if (count() == kMostWides) {
     return false;
   }
   firsts_.push_back(corners_.size());
@@ -344,7 +339,8 @@ void CoarseScratch::fit(const SolverData& data) {
   gives.resize(amplitudes.size());
   sums_of_all.resize(kCoarseSums * std::max(amplitudes.size(), numbers.size()));
   hold_sums.resize(kCoarseHolds * node_count);
-  wide_sums.resize(data.custom.empty() ? 0 : 3 * node_count);
+  wide_sums.resize(data.custom.empty() ? 0 : node_count);
+  wide_modes.resize(data.custom.empty() ? 0 : amplitudes.size());
   hold_modes.resize(kHoldRows * amplitudes.size());
   if (!data.custom.empty()) {
     left_out.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()));
@@ -354,10 +350,10 @@ void CoarseScratch::fit(const SolverData& data) {
 std::size_t CoarseScratch::memory_bytes() const noexcept {
   return (residuals.capacity() + moves.capacity()) * sizeof(Particle) +
          sums.capacity() * sizeof(NodeSums) + gains.capacity() * sizeof(CoarseGain) +
-         (hold_sums.capacity() + wide_sums.capacity()) * sizeof(CoarseShares) +
-         wide.memory_bytes() + moves_of_nodes.capacity() * sizeof(AffineNumbers) +
+         hold_sums.capacity() * sizeof(CoarseShares) + wide.memory_bytes() +
+         (moves_of_nodes.capacity() + wide_sums.capacity()) * sizeof(AffineNumbers) +
          (loads.capacity() + sums_of_all.capacity() + amplitudes.capacity() + gives.capacity() +
-          numbers.capacity() + hold_modes.capacity()) *
+          numbers.capacity() + hold_modes.capacity() + wide_modes.capacity()) *
              sizeof(float) +
          left_out.capacity() * sizeof(LaneBits) + held.capacity() * sizeof(Index) +
          turns.capacity() * sizeof(Turn);
@@ -416,16 +412,7 @@ void solve_coarse(const StepContext& step, float inverse_dt_squared) {
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
   find_turns(step);
-  for (Index node = 0; node < space.node_count(); ++node) {
-    for (int k = 0; k < 4; ++k) {
-      const float(&sum)[4] = scratch.sums[node].load.of[k];
-      const Vec3<float> load = scratch.turns[space.piece_of(node)].back({sum[0], sum[1], sum[2]});
-      float* const loads = scratch.loads.data() + number_of(node, k, 0);
-      loads[0] = load.x;
-      loads[1] = load.y;
-      loads[2] = load.z;
-    }
-  }
+  find_loads(step, [&](Index node) -> const AffineNumbers& { return scratch.sums[node].load; });
   sum_up(
       scratch.loads, [&](Index number) { return space.numbers(number); }, scratch.sums_of_all,
       scratch.amplitudes);

@@ -53,8 +53,6 @@ inline constexpr Index kCoarseParts = 16;
 /// ConstraintSweep::satisfy_together().
 class WideConstraints {
  public:
-  static constexpr Index kMost = 12;
-
   struct Corner {
     Index place;
     Vec3<float> gradient;
@@ -90,7 +88,8 @@ struct CoarseScratch {
   std::vector<CoarseShares> hold_sums;   ///< [hold][node] N/m, times 1, X, Y and Z
   std::vector<float> hold_modes;         ///< [mode][row] how modes move them, and change `wide`
   WideConstraints wide;                  ///< of this substep
-  std::vector<CoarseShares> wide_sums;   ///< [node][axis] gradients, times 1, X, Y and Z
+  std::vector<AffineNumbers> wide_sums;  ///< [node] gradients of one, times shares
+  std::vector<float> wide_modes;         ///< [mode] how modes change it
   std::vector<float> numbers;            ///< [number]
   std::vector<AffineNumbers> moves_of_nodes;  ///< [node] m, how each moves what is near
   std::vector<Turn> turns;                    ///< [piece]

@@ -46,6 +46,9 @@ inline constexpr Index kCoarseSums = 8;
 inline constexpr Index kCoarseHolds = 12;
 inline constexpr Index kHoldRows = 3 * kCoarseHolds;  ///< an axis of a hold each
 
+/// Constraints of many neighbours, a row each; corrections know of no more.
+inline constexpr Index kMostWides = 12;
+
 /// How nodes move a vertex: by sum_a weights_a (Y_a0 + X Y_a1 + Y Y_a2 + Z Y_a3).
 struct alignas(16) CoarseVertex {
   Index nodes[kCoarseNodes]{};
@@ -250,6 +253,40 @@ struct CoarseHolds {
   }
 };
 
+/// What a correction keeps to: springs at holds, and constraints of many neighbours. With more of
+/// these, fewer holds.
+struct CoarseRows : CoarseHolds {
+  Index wides = 0;
+  double wide_gives[kMostWides];
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE static constexpr Index most_holds(Index wides) {
+    return (kHoldRows - wides) / 3;
+  }
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index rows() const { return CoarseHolds::rows() + wides; }
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index row_of_wide(Index wide) const {
+    return CoarseHolds::rows() + wide;
+  }
+  [[nodiscard]] PBDSURG_HOST_DEVICE double row_give(Index row) const {
+    const Index wide = row - CoarseHolds::rows();
+    return wide < 0 ? CoarseHolds::row_give(row) : wide_gives[wide];
+  }
+
+  /// Of a constraint, whose row is known.
+  /// @param mode_gives, hold_modes  see HoldSystem::solve()
+  [[nodiscard]] PBDSURG_HOST_DEVICE double wide_give(Index wide, float compliance, Index modes,
+                                                     const float* mode_gives,
+                                                     const float* hold_modes) const {
+    constexpr double kLeast = 1e-4;  // of what modes give: two constraints may say the same
+    double give = 0;
+    for (Index m = 0; m < modes; ++m) {
+      const double move{hold_modes[m * rows() + row_of_wide(wide)]};
+      give += double{mode_gives[m]} * move * move;
+    }
+    const double least = kLeast * give;
+    return !(give > 0) ? 1 : compliance > least ? double{compliance} : least;
+  }
+};
+
 /// Springs at holds, as the modes feel them.
 struct HoldSystem {
   double gives[kHoldRows][kHoldRows];  ///< m/N, the lower triangle
@@ -258,7 +295,7 @@ struct HoldSystem {
   /// (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
   /// springs.
   /// @param workers     with their share of entries; all meet in here
-  /// @param holds       as CoarseHolds: kHoldRows at most, and what gives at each
+  /// @param holds       as CoarseRows: kHoldRows at most, and what gives at each
   /// @param amplitudes  [mode] without holds
   /// @param mode_gives  [mode] see CoarseScratch
   /// @param hold_modes  [mode][row] how modes move what is held

@@ -231,7 +231,8 @@ float ConstraintSweep::change(std::span<const Corner> corners, const Answer& ans
   }
   if (has_blocks_ && answer.multiplier != 0) {
     for (const Corner& corner : corners) {
-      guard(places_[corner.vertex], corner.gradient.squaredNorm() / answer.give);
+      const Vec3<float> gradient = load(corner.gradient);
+      guard(places_[corner.vertex], dot(gradient, gradient) / answer.give);
     }
   }
   if (change == 0) {
