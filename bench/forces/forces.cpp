@@ -59,7 +59,7 @@ struct Case {
   const char* name;
   const char* unit;
   std::function<Outcome(SolverOptions)> run;
-  bool has_lumen = false;  // which takes sweeps, on a device projections
+  bool has_lumen = false;  // which takes sweeps
 };
 
 std::vector<Index> vertices_where(const Scene& scene,
@@ -369,10 +369,7 @@ void run(const Arguments& arguments) {
         }
         SolverOptions options = method.options;
         options.executor = programs::executor_named(executor);
-        const bool is_device = options.executor.kind() == ExecutorKind::device;
-        const bool takes_lumens = is_device ? options.method == SolverMethod::projection
-                                            : options.method != SolverMethod::explicit_steps;
-        if (each.has_lumen && !takes_lumens) {
+        if (each.has_lumen && options.method == SolverMethod::explicit_steps) {
           continue;
         }
         const Outcome outcome = each.run(options);

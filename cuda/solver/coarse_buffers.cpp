@@ -93,6 +93,9 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
              holds_.reserve(copy_count_),
              hold_sums_.reserve(copy_count_ * nodes * nodes),
              hold_counts_.reserve(copy_count_ * nodes),
+             nullptr,
+             nullptr,
+             0,
              space.node_count(),
              space.piece_count(),
              static_cast<Index>(modes),
@@ -137,6 +140,16 @@ void CoarseBuffers::follow(SolverData& data, std::size_t capacity, std::vector<W
   }
 }
 
+void CoarseBuffers::set_wides(Index count) {
+  if (arrays_.node_count == 0) {
+    return;
+  }
+  arrays_.wide_count = std::min(count, kMostWides);
+  const std::size_t wides = copy_count_ * static_cast<std::size_t>(arrays_.wide_count);
+  arrays_.wide_sums = wide_sums_.reserve(wides * static_cast<std::size_t>(arrays_.node_count));
+  arrays_.wide_compliances = wide_compliances_.reserve(wides);
+}
+
 void CoarseBuffers::clear_residuals(cudaStream_t stream) {
   if (arrays_.node_count > 0) {
     residuals_.fill(copy_count_ * static_cast<std::size_t>(arrays_.vertex_room), 0, stream);
@@ -159,7 +172,7 @@ std::size_t CoarseBuffers::memory_bytes() const noexcept {
   return bytes_of(vertices_, own_counts_, own_places_, member_counts_, member_places_, pieces_,
                   member_shares_, stiffnesses_, modes_, numbers_, residuals_, moves_, part_sums_,
                   part_gains_, sums_, gains_before_, moves_of_nodes_, turns_, amplitudes_, gives_,
-                  hold_modes_, holds_, hold_sums_, hold_counts_);
+                  hold_modes_, holds_, hold_sums_, hold_counts_, wide_sums_, wide_compliances_);
 }
 
 }  // namespace pbdsurg::cuda

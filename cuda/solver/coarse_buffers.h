@@ -27,6 +27,10 @@ class CoarseBuffers {
   void follow(SolverData& data, std::size_t capacity, std::vector<WordChange>& words,
               cudaStream_t stream);
 
+  /// Makes room for so many constraints of many neighbours, before a step; of more than a
+  /// correction knows, for these.
+  void set_wides(Index count);
+
   /// Enqueues it. After an edit: of vertices that no block has any more nobody finds residuals.
   void clear_residuals(cudaStream_t stream);
 
@@ -51,6 +55,8 @@ class CoarseBuffers {
   DeviceBuffer<CoarseHolds> holds_;
   DeviceBuffer<CoarseShares> hold_sums_;
   DeviceBuffer<Index> hold_counts_;
+  DeviceBuffer<AffineNumbers> wide_sums_;
+  DeviceBuffer<float> wide_compliances_;
   std::size_t copy_count_ = 0;
   CoarseArrays arrays_{};
 };

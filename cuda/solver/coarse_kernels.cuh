@@ -309,12 +309,13 @@ __global__ void __launch_bounds__(kHoldThreads) sum_holds(CoarseArrays coarse) {
 /// The holds near the first nodes that have any, and how nodes move them. All threads of a block
 /// call it, and meet in it.
 struct ListedHolds {
-  CoarseHolds holds;
+  CoarseRows holds;
   Index nodes[kCoarseHolds];  // near which they are
   float4 sums[kCoarseHolds][kMostNodes];
 
   __device__ void find(const CoarseArrays& coarse) {
     const auto thread = static_cast<Index>(threadIdx.x);
+    const Index most = CoarseRows::most_holds(coarse.wide_count);
     if (thread < kWarp) {
       const auto count_of = [&](Index node) {
         return node < coarse.node_count ? __ldcg(coarse.hold_counts + node) : 0;
@@ -326,14 +327,15 @@ struct ListedHolds {
       const unsigned before = (1U << thread) - 1;
       const Index places[2] = {__popc(low & before), __popc(low) + __popc(high & before)};
       for (Index half = 0; half < 2; ++half) {
-        if (counts[half] > 0 && places[half] < kCoarseHolds) {
+        if (counts[half] > 0 && places[half] < most) {
           nodes[places[half]] = thread + half * kWarp;
           holds.counts[places[half]] = counts[half];
         }
       }
       if (thread == 0) {
         const Index all = __popc(low) + __popc(high);
-        holds.count = all < kCoarseHolds ? all : kCoarseHolds;
+        holds.count = all < most ? all : most;
+        holds.wides = coarse.wide_count;
       }
     }
     __syncthreads();
@@ -429,8 +431,40 @@ struct TurnedPieces {
   }
 };
 
-/// How far some modes move, were it not for what tools hold; and how they move that.
-template <bool kTools>
+/// Forces at nodes, as they are in pieces at rest. All threads of a block call it.
+/// @param sum_of  (Index i) of 1, X, Y or Z at a node: i = 4 * node + k
+template <class SumOf>
+__device__ void find_loads(const TurnedPieces& turned, const CoarseArrays& coarse,
+                           const SumOf& sum_of, float (&loads)[kAffineNumbers * kMostNodes]) {
+  for (Index i = static_cast<Index>(threadIdx.x); i < 4 * coarse.node_count;
+       i += static_cast<Index>(blockDim.x)) {
+    const Vec3<float> load = turned.turns[__ldg(coarse.pieces + i / 4)].back(sum_of(i));
+    loads[3 * i] = load.x;
+    loads[3 * i + 1] = load.y;
+    loads[3 * i + 2] = load.z;
+  }
+}
+
+/// How some modes answer to them: of a mode each, with the first threads. All threads of a block
+/// call it, and meet in it.
+__device__ inline float answer_of_mode(const float (&loads)[kAffineNumbers * kMostNodes],
+                                       const CoarseArrays& coarse, Index mode,
+                                       float (&partial)[kModeThreads]) {
+  float sum = 0;
+  if (mode < coarse.mode_count) {
+    const float* const from = coarse.numbers + mode;
+#pragma unroll 36
+    for (Index n = static_cast<Index>(threadIdx.x) / kModesOfBlock;
+         n < kAffineNumbers * coarse.node_count; n += kCoarseSums) {
+      sum += loads[n] * __ldg(from + n * coarse.mode_count);
+    }
+  }
+  return add_sums<kModesOfBlock>(sum, partial);
+}
+
+/// How far some modes move, were it not for what a correction keeps to; and how they move that.
+/// @tparam kRows  whether there may be any
+template <bool kRows>
 __global__ void __launch_bounds__(kModeThreads)
     find_amplitudes(const Particle* particles, Index capacity, CoarseArrays coarse,
                     const StepInput* input) {
@@ -444,14 +478,11 @@ __global__ void __launch_bounds__(kModeThreads)
   input += copy_index();
   const auto thread = static_cast<Index>(threadIdx.x);
   turned.find(particles, coarse);
-  for (Index i = thread; i < 4 * coarse.node_count; i += kModeThreads) {
+  const auto residuals = [&](Index i) {
     const float(&sum)[4] = turned.sums[i / 4].load.of[i % 4];
-    const Vec3<float> load =
-        turned.turns[__ldg(coarse.pieces + i / 4)].back({sum[0], sum[1], sum[2]});
-    loads[3 * i] = load.x;
-    loads[3 * i + 1] = load.y;
-    loads[3 * i + 2] = load.z;
-  }
+    return Vec3<float>{sum[0], sum[1], sum[2]};
+  };
+  find_loads(turned, coarse, residuals, loads);
   if (blockIdx.x == 0) {
     for (Index piece = thread; piece < coarse.piece_count; piece += kModeThreads) {
       coarse.turns[piece] = turned.turns[piece];
@@ -463,30 +494,21 @@ __global__ void __launch_bounds__(kModeThreads)
   __syncthreads();
   const Index mode = static_cast<Index>(blockIdx.x) * kModesOfBlock + thread % kModesOfBlock;
   const bool is_there = mode < coarse.mode_count;
-  float sum = 0;
-  if (is_there) {
-    const float* const from = coarse.numbers + mode;
-#pragma unroll 36
-    for (Index n = thread / kModesOfBlock; n < kAffineNumbers * coarse.node_count;
-         n += kCoarseSums) {
-      sum += loads[n] * __ldg(from + n * coarse.mode_count);
-    }
-  }
-  sum = add_sums<kModesOfBlock>(sum, partial);
+  const float sum = answer_of_mode(loads, coarse, mode, partial);
   if (is_there && thread < kModesOfBlock) {
     const float give = 1 / (input->substep.inverse_dt_squared + __ldg(coarse.stiffnesses + mode));
     coarse.gives[mode] = give;
     coarse.amplitudes[mode] = sum * give;
   }
-  if constexpr (kTools) {
+  if constexpr (kRows) {
     __shared__ SharedRoom<ListedHolds> room_of_listed;
     ListedHolds& listed = room_of_listed.get();
     listed.find(coarse);
     if (blockIdx.x == 0 && thread == 0) {
       *coarse.holds = listed.holds;
     }
-    const Index rows = 3 * listed.holds.count;
-    for (Index row = thread / kModesOfBlock; is_there && row < rows; row += kCoarseSums) {
+    const Index rows = listed.holds.rows(), hold_rows = 3 * listed.holds.count;
+    for (Index row = thread / kModesOfBlock; is_there && row < hold_rows; row += kCoarseSums) {
       float move = 0;
       for (Index node = 0; node < coarse.node_count; ++node) {
         const float4 hold = listed.sums[row / 3][node];
@@ -502,24 +524,42 @@ __global__ void __launch_bounds__(kModeThreads)
       }
       coarse.hold_modes[mode * rows + row] = move;
     }
+    for (Index wide = 0; wide < coarse.wide_count; ++wide) {
+      const auto gradients = [&](Index i) {
+        const AffineNumbers& sums = coarse.wide_sums[wide * coarse.node_count + i / 4];
+        const float4 sum = load_quad(sums.of[i % 4]);
+        return Vec3<float>{sum.x, sum.y, sum.z};
+      };
+      __syncthreads();  // the loads before have been read
+      find_loads(turned, coarse, gradients, loads);
+      __syncthreads();
+      const float change = answer_of_mode(loads, coarse, mode, partial);
+      if (is_there && thread < kModesOfBlock) {
+        coarse.hold_modes[mode * rows + listed.holds.row_of_wide(wide)] = change;
+      }
+    }
   }
 }
 
 /// Takes off what would move that. All threads of a block call it, and meet in it.
-__device__ inline void oppose_holds(const CoarseArrays& coarse, float (&amplitudes)[kMostModes]) {
+__device__ inline void oppose_rows(const CoarseArrays& coarse, float (&amplitudes)[kMostModes]) {
   __shared__ float gives[kMostModes];
   __shared__ float hold_modes[kMostModes * kHoldRows];
   __shared__ HoldSystem system;
-  __shared__ SharedRoom<CoarseHolds> room_of_holds;
-  CoarseHolds& holds = room_of_holds.get();
+  __shared__ SharedRoom<CoarseRows> room_of_rows;
+  CoarseRows& holds = room_of_rows.get();
   const auto thread = static_cast<Index>(threadIdx.x);
   const auto threads = static_cast<Index>(blockDim.x);
   constexpr Index kWords = sizeof(CoarseHolds) / sizeof(Index);
   for (Index i = thread; i < kWords; i += threads) {
-    reinterpret_cast<Index*>(&holds)[i] = __ldcg(reinterpret_cast<const Index*>(coarse.holds) + i);
+    reinterpret_cast<Index*>(static_cast<CoarseHolds*>(&holds))[i] =
+        __ldcg(reinterpret_cast<const Index*>(coarse.holds) + i);
+  }
+  if (thread == 0) {
+    holds.wides = coarse.wide_count;
   }
   __syncthreads();
-  const Index rows = 3 * holds.count;
+  const Index rows = holds.rows();
   if (rows == 0) {
     return;
   }
@@ -528,6 +568,11 @@ __device__ inline void oppose_holds(const CoarseArrays& coarse, float (&amplitud
   }
   for (Index i = thread; i < coarse.mode_count * rows; i += threads) {
     hold_modes[i] = __ldcg(coarse.hold_modes + i);
+  }
+  __syncthreads();
+  if (thread < holds.wides) {
+    holds.wide_gives[thread] = holds.wide_give(thread, __ldcg(coarse.wide_compliances + thread),
+                                               coarse.mode_count, gives, hold_modes);
   }
   __syncthreads();
   system.solve(BlockOfWorkers{thread, threads}, holds, coarse.mode_count, amplitudes, gives,
@@ -539,7 +584,7 @@ __device__ inline void oppose_holds(const CoarseArrays& coarse, float (&amplitud
 }
 
 /// And so some nodes.
-template <bool kTools>
+template <bool kRows>
 __global__ void __launch_bounds__(kNumberThreads) move_nodes(CoarseArrays coarse) {
   __shared__ float amplitudes[kMostModes];
   __shared__ float partial[kNumberThreads];
@@ -551,8 +596,8 @@ __global__ void __launch_bounds__(kNumberThreads) move_nodes(CoarseArrays coarse
     amplitudes[m] = __ldcg(coarse.amplitudes + m);
   }
   __syncthreads();
-  if constexpr (kTools) {
-    oppose_holds(coarse, amplitudes);
+  if constexpr (kRows) {
+    oppose_rows(coarse, amplitudes);
   }
   const Index first = static_cast<Index>(blockIdx.x) * kNodesOfBlock;
   const Index number = kAffineNumbers * first + thread % kNumbersOfBlock;
@@ -684,15 +729,16 @@ void move_by_modes(const DeviceState& state, const CoarseArrays& coarse, const S
                    bool has_tools, const Launch& how) {
   launch(how, "launching sums of residuals", 2 * coarse.node_count * coarse.part_room, kSumThreads,
          sum_nodes, state.particles, state.capacity, coarse);
-  if (has_tools) {
+  const bool has_rows = has_tools || coarse.wide_count > 0;
+  if (has_rows) {
     launch(how, "launching sums of what is held", coarse.node_count, kHoldThreads, sum_holds,
            coarse);
   }
   launch(how, "launching what finds amplitudes", blocks_for(coarse.mode_count, kModesOfBlock),
-         kModeThreads, has_tools ? find_amplitudes<true> : find_amplitudes<false>, state.particles,
+         kModeThreads, has_rows ? find_amplitudes<true> : find_amplitudes<false>, state.particles,
          state.capacity, coarse, input);
   launch(how, "launching moves of nodes", blocks_for(coarse.node_count, kNodesOfBlock),
-         kNumberThreads, has_tools ? move_nodes<true> : move_nodes<false>, coarse);
+         kNumberThreads, has_rows ? move_nodes<true> : move_nodes<false>, coarse);
   launch(how, "launching a coarse move", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          move_coarsely, state, coarse, input);
 }

@@ -75,7 +75,8 @@ bool can_overlap(const StepKernels& kernels) {
   return kernels.code_architecture() >= 90 && runtime >= kSince && driver >= kSince;
 }
 
-// No cluster projects custom constraints, or knows tools that meet surfaces.
+// No kernel of all sweeps projects custom constraints; a cluster knows no tools that meet surfaces
+// either.
 bool suits_cluster(const SolverData& data) {
   for (Index i = 0; i < data.copy_count(); ++i) {
     if (std::ranges::any_of(data.copy(i).tools, is_meeter)) {
@@ -90,9 +91,9 @@ class CudaBackend final : public Backend {
   explicit CudaBackend(const SolverData& data)
       : device_(current_device()),
         overlaps_(can_overlap(kernels_of(data.options))),
-        takes_fillings_(data.options.method == SolverMethod::projection &&
-                        data.options.mode == ProjectionMode::compliance &&
-                        data.options.device_strategy != DeviceStrategy::cluster),
+        takes_fillings_(data.options.mode == ProjectionMode::compliance &&
+                        data.options.device_strategy != DeviceStrategy::cluster &&
+                        data.options.device_strategy != DeviceStrategy::cooperative),
         state_(data) {
     const bool has_rows_to_come = moves_vertices(data.options) && data.options.spare.vertices > 0;
     shared_words_.reserve(has_rows_to_come ? kUsualWordsOfRows : kUsualWords);
@@ -266,8 +267,8 @@ class CudaBackend final : public Backend {
             "sixteen blocks");
       }
     }
-    if (wanted == DeviceStrategy::cooperative ||
-        (wanted == DeviceStrategy::automatic && !projects)) {
+    if (data.custom.empty() && (wanted == DeviceStrategy::cooperative ||
+                                (wanted == DeviceStrategy::automatic && !projects))) {
       sweeps_ = make_cooperative_sweeps(data);
       if (sweeps_->take_over(data, plan_.open_stages(), records, stream_.get())) {
         strategy_ = DeviceStrategy::cooperative;
@@ -318,7 +319,8 @@ class CudaBackend final : public Backend {
         changes.rows_anew) {
       follow_edit(data);  // one that was broken off
     }
-    if (strategy_ == DeviceStrategy::cluster && !suits_cluster(data)) {
+    if ((strategy_ == DeviceStrategy::cluster && !suits_cluster(data)) ||
+        (strategy_ == DeviceStrategy::cooperative && !data.custom.empty())) {
       is_planned_ = false;
     }
     if (!is_planned_) {
@@ -336,8 +338,10 @@ class CudaBackend final : public Backend {
     follows_on_ = follows_on_ && !have_rows_changed_ && changes.moved.empty() &&
                   changes.vertices.empty() && !std::ranges::count(changes.state, true);
     state_.take_over(data, stream_.get());
-    free_pieces_.take_over(data.free_pieces, stream_.get());
+    const bool joins_pieces = moves_vertices(data.options) && !data.custom.empty();
+    free_pieces_.take_over(data.free_pieces, joins_pieces ? data.copy_count() : 0, stream_.get());
     fillings_.take_over(data, stream_.get());
+    coarse_.set_wides(fillings_.wall_count());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
       tools_.take_over(data, state_.arrays().capacity, stream_.get());
     } else {

@@ -74,10 +74,17 @@ class Enqueuer {
           kernels.find_loose_ends(substep, has_tools, state, constraints, vertices, tools, input,
                                   launch_);
         }
+        for (const FillingArrays& filling : fillings) {
+          kernels.find_wall_ends(filling, substep, has_tools, state, vertices, tools, input,
+                                 launch_);
+        }
         for (const Stage& stage : stages) {
           if (stage.kind == PhaseKind::stiff_link) {
             kernels.begin_joints(stage, state, constraints, input, launch_);
           }
+        }
+        for (const FillingArrays& filling : fillings) {
+          kernels.project_filling(filling, state, vertices, free_pieces, input, true, launch_);
         }
         break;
       case StepOperation::sweep:
@@ -140,7 +147,7 @@ class Enqueuer {
  private:
   void settle_holds(Index substep) {
     const SweepArrays& arrays = step_.arrays;
-    if (!arrays.has_tools() || !arrays.has_stiff_links) {
+    if (!arrays.has_tools() || !(arrays.has_stiff_links || !arrays.fillings.empty())) {
       return;
     }
     for (const Stage& stage : arrays.stages) {

@@ -28,6 +28,9 @@ class FillingBuffers {
   /// After the step that followed: tells the sets what has become of their contents.
   void give_back();
 
+  /// Of those that have a wall.
+  [[nodiscard]] Index wall_count() const noexcept;
+
   /// In the order of the sets.
   [[nodiscard]] std::span<const FillingArrays> arrays() const noexcept { return arrays_; }
   /// Changes with these.
@@ -39,7 +42,8 @@ class FillingBuffers {
   struct Buffers {
     std::shared_ptr<CustomConstraints> set;
     std::uint64_t version = 0;  // of the surface that was uploaded
-    DeviceBuffer<Index> places, firsts, triangles_at, hole_ends;
+    std::vector<Index> wall;    // places of its vertices, if there is one
+    DeviceBuffer<Index> places, firsts, triangles_at, hole_ends, is_shared, pieces;
     DeviceBuffer<FillingTriangle> triangles;
     DeviceBuffer<Vec3<double>> ways, caps;
     DeviceBuffer<double> volumes;
@@ -55,12 +59,14 @@ class FillingBuffers {
 
   static FillingArrays upload_surface(const SolverData& data, Buffers& buffers,
                                       cudaStream_t stream);
+  void upload_ties(const SolverData& data, cudaStream_t stream);
   static void upload_numbers(const SolverData& data, Buffers& buffers, cudaStream_t stream);
 
   std::vector<Buffers> buffers_;       // [set]
   std::vector<FillingArrays> arrays_;  // [set]
   std::size_t copy_count_ = 0;
   std::uint64_t revision_ = 0;
+  std::uint64_t pieces_revision_ = 0;  // of the free pieces that ties are of
 };
 
 }  // namespace pbdsurg::cuda

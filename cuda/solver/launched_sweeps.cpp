@@ -36,7 +36,8 @@ class LaunchedSweeps final : public Sweeps {
         }
       }
       for (const FillingArrays& filling : arrays.fillings) {
-        kernels_.project_filling(filling, arrays.state, arrays.input, is_first, launch);
+        kernels_.project_filling(filling, arrays.state, arrays.vertices, arrays.free_pieces,
+                                 arrays.input, is_first && !moves_vertices(options_), launch);
       }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
         if (arrays.has_meeters) {
@@ -67,10 +68,34 @@ class LaunchedSweeps final : public Sweeps {
     const VertexArrays& vertices = arrays.vertices;
     const CoarseArrays& coarse = arrays.coarse;
     const bool has_tools = arrays.has_tools();
-    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
+    const auto find_residuals = [&] {
+      kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
+      for_each_wall(arrays, [&](const FillingArrays& filling, Index wide) {
+        if (wide >= coarse.wide_count) {
+          kernels_.leave_out_wall(filling, vertices, coarse, launch);
+        }
+      });
+    };
+    find_residuals();
+    for_each_wall(arrays, [&](const FillingArrays& filling, Index wide) {
+      if (wide < coarse.wide_count) {
+        kernels_.sum_wall(filling, wide, coarse, launch);
+      }
+    });
     kernels_.move_by_modes(state, coarse, arrays.input, has_tools, launch);
-    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
+    find_residuals();
     kernels_.turn_back_moves(state, coarse, arrays.input, launch);
+  }
+
+  // With its number among those that have one.
+  template <class Visit>
+  static void for_each_wall(const SweepArrays& arrays, const Visit& visit) {
+    Index wide = 0;
+    for (const FillingArrays& filling : arrays.fillings) {
+      if (filling.wall_count > 0) {
+        visit(filling, wide++);
+      }
+    }
   }
 
   const StepKernels& kernels_;

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// The momentum of free pieces after the sweeps of a substep: a block a piece.
+/// The momentum of free pieces after the sweeps of a substep: a block a piece, or a group of them.
 
 #include "cuda/solver/kernel_support.cuh"
 #include "lib/solver/methods/momentum.h"
@@ -27,6 +27,40 @@ struct FlownVertex {
   }
 };
 
+__device__ inline FreePieceArrays of_copy(FreePieceArrays pieces) {
+  if (pieces.groups != nullptr) {
+    pieces.groups += copy_index() * static_cast<std::size_t>(pieces.count);
+  }
+  return pieces;
+}
+
+/// The piece whose block has the vertices of one: the first of its group. kInvalidIndex: none, as
+/// it is pushed from outside; see pushed_pieces.h.
+__device__ inline Index group_of(const FreePieceArrays& pieces, Index piece) {
+  return pieces.groups == nullptr || piece == kInvalidIndex ? piece : __ldcg(pieces.groups + piece);
+}
+
+/// Calls visit(place) for all places of a group, by kMomentumSums threads that take turns.
+/// @param first  piece of the group
+template <class Visit>
+__device__ void for_each_place(const FreePieceArrays& pieces, Index first, const Visit& visit) {
+  const Index end = pieces.groups == nullptr ? first + 1 : pieces.count;
+  Index passed = 0;
+  for (Index piece = first; piece < end; ++piece) {
+    if (piece != first && group_of(pieces, piece) != first) {
+      continue;
+    }
+    const Index start = __ldg(pieces.firsts + piece);
+    const Index count = __ldg(pieces.firsts + piece + 1) - start;
+    const Index turn =
+        (static_cast<Index>(threadIdx.x) + kMomentumSums - passed % kMomentumSums) % kMomentumSums;
+    for (Index i = turn; i < count; i += kMomentumSums) {
+      visit(__ldg(pieces.places + start + i));
+    }
+    passed += count;
+  }
+}
+
 /// @param has_tools  whether any touch or hold something: then VertexArrays::holds are of now
 __global__ void __launch_bounds__(kMomentumSums)
     keep_momenta(DeviceState state, VertexArrays vertices, FreePieceArrays pieces, bool has_tools) {
@@ -37,15 +71,15 @@ __global__ void __launch_bounds__(kMomentumSums)
   const Index* const holds =
       vertices.holds + copy_index() * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
   const auto thread = static_cast<Index>(threadIdx.x);
-  const Index first = __ldg(pieces.firsts + blockIdx.x);
-  const Index end = __ldg(pieces.firsts + blockIdx.x + 1);
-  if (first == end) {
+  const auto piece = static_cast<Index>(blockIdx.x);
+  pieces = of_copy(pieces);
+  if (__ldg(pieces.firsts + piece) == __ldg(pieces.firsts + piece + 1) ||
+      group_of(pieces, piece) != piece) {
     return;
   }
   MomentumSums sum;
   bool is_held = false;
-  for (Index i = first + thread; i < end; i += kMomentumSums) {
-    const Index place = __ldg(pieces.places + i);
+  for_each_place(pieces, piece, [&](Index place) {
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
       sum.add(1 / static_cast<double>(vertex.moved.w), vertex.arm,
@@ -53,7 +87,7 @@ __global__ void __launch_bounds__(kMomentumSums)
     }
     const Index lane = has_tools ? __ldg(vertices.lane_of_place + place) : kInvalidIndex;
     is_held = is_held || (lane != kInvalidIndex && __ldcg(holds + lane) != kInvalidIndex);
-  }
+  });
   if (__syncthreads_or(is_held) != 0) {
     return;
   }
@@ -66,14 +100,13 @@ __global__ void __launch_bounds__(kMomentumSums)
   }
   __syncthreads();
   const RigidMove move = sums[0].rigid_move();
-  for (Index i = first + thread; i < end; i += kMomentumSums) {
-    const Index place = __ldg(pieces.places + i);
+  for_each_place(pieces, piece, [&](Index place) {
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
       store_particle(state.displacements + place,
                      position_of(vertex.moved) - part_of(move, vertex.arm), vertex.moved.w);
     }
-  }
+  });
 }
 
 void keep_momentum(const DeviceState& state, const VertexArrays& vertices,

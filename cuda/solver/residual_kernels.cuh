@@ -38,10 +38,13 @@ __device__ inline CoarseArrays of_copy(CoarseArrays coarse) {
   coarse.hold_sums += nodes * static_cast<std::size_t>(coarse.node_count);
   coarse.hold_counts += nodes;
   coarse.holds += copy;
+  coarse.wide_sums += nodes * static_cast<std::size_t>(coarse.wide_count);
+  coarse.wide_compliances += copy * static_cast<std::size_t>(coarse.wide_count);
   return coarse;
 }
 
-/// Of w of residuals: a tool holds the vertex.
+/// Of w of residuals: the vertex stays, as a tool holds it, or as a correction knows nothing of
+/// what does.
 constexpr float kHeld = -1;
 
 /// What is out of balance at a vertex, to where sums find it.

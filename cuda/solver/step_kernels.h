@@ -125,9 +125,9 @@ struct StepKernels {
                               bool is_first, const Launch&);
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
 
-  /// @param is_first  of the sweeps of a substep
-  void (*project_filling)(const FillingArrays&, const DeviceState&, const StepInput*, bool is_first,
-                          const Launch&);
+  /// @param is_first  whether a substep begins: see cuda::project_filling()
+  void (*project_filling)(const FillingArrays&, const DeviceState&, const VertexArrays&,
+                          const FreePieceArrays&, const StepInput*, bool is_first, const Launch&);
 
   /// Before the sweeps of a substep: damping, and what tools touch and hold, if there are any.
   void (*prepare_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
@@ -141,6 +141,11 @@ struct StepKernels {
   /// From these, finds the forces of one stage of stiff links.
   void (*begin_joints)(const Stage&, const DeviceState&, const ConstraintArrays&, const StepInput*,
                        const Launch&);
+
+  /// With find_loose_ends(), likewise: how a wall gives way to what fills it. Then
+  /// project_filling() finds its pressure.
+  void (*find_wall_ends)(const FillingArrays&, Index substep, bool has_tools, const DeviceState&,
+                         const VertexArrays&, const ToolArrays&, StepInput*, const Launch&);
 
   /// Moves the vertices of one stage, with what tools do to them.
   void (*solve_vertices)(const Stage&, const VertexSweep&, const DeviceState&, const VertexArrays&,
@@ -198,6 +203,11 @@ struct StepKernels {
   /// By records of tiles.
   void (*find_residuals_by_tiles)(const DeviceState&, const VertexArrays&, const TileArrays&,
                                   const CoarseArrays&, StepInput*, bool has_tools, const Launch&);
+  /// After these, of a wall: what a correction keeps to, or that it leaves its vertices out.
+  /// @param wide  below CoarseArrays::wide_count
+  void (*sum_wall)(const FillingArrays&, Index wide, const CoarseArrays&, const Launch&);
+  void (*leave_out_wall)(const FillingArrays&, const VertexArrays&, const CoarseArrays&,
+                         const Launch&);
   void (*move_by_modes)(const DeviceState&, const CoarseArrays&, const StepInput*, bool has_tools,
                         const Launch&);
   void (*turn_back_moves)(const DeviceState&, const CoarseArrays&, const StepInput*, const Launch&);

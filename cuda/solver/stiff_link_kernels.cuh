@@ -4,6 +4,7 @@
 /// @file
 /// What stiff links need before the sweeps of a substep: a thread an end, then a thread a link.
 
+#include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
 #include "lib/solver/methods/loose_end.h"
 
@@ -15,6 +16,13 @@ __device__ inline LooseEnd<float> load_end(const LinkEnds& ends, Index place) {
   const Particle give = load_particle(ends.gives + place);
   const Particle shear = load_particle(ends.shears + place);
   return {{give.x, give.y, give.z, shear.x, shear.y, shear.z}, position_of(way), way.w};
+}
+
+__device__ inline void store_end(const LinkEnds& ends, Index place, const LooseEnd<float>& end) {
+  const VertexGive<float>& give = end.give;
+  store_particle(ends.ways + place, end.way, end.is_known);
+  store_particle(ends.gives + place, {give.xx, give.yy, give.zz}, 0);
+  store_particle(ends.shears + place, {give.xy, give.xz, give.yz}, 0);
 }
 
 /// @tparam kRowsChange  see DeviceLane
@@ -68,12 +76,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (has_tools) {
     tools = of_copy(tools, state.capacity);
   }
-  const LooseEnd<float> end =
-      find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place);
-  const VertexGive<float>& give = end.give;
-  store_particle(state.ends.ways + place, end.way, end.is_known);
-  store_particle(state.ends.gives + place, {give.xx, give.yy, give.zz}, 0);
-  store_particle(state.ends.shears + place, {give.xy, give.xz, give.yz}, 0);
+  store_end(state.ends, place,
+            find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place));
 }
 
 /// Records [first, first + count).

@@ -20,12 +20,20 @@ namespace {
 
 constexpr Index kNoPiece = std::numeric_limits<Index>::max();
 
-__device__ inline Index piece_of(const SurfaceArrays& surfaces, Index contact) {
-  return __ldg(surfaces.piece_of_place + surfaces.contacts[contact].contact.feature.places[0]);
+/// The first of the pieces that move with the one at a place.
+__device__ inline Index piece_at(const FreePieceArrays& pieces, const SurfaceArrays& surfaces,
+                                 Index place) {
+  return group_of(pieces, __ldg(surfaces.piece_of_place + place));
+}
+
+__device__ inline Index piece_of(const FreePieceArrays& pieces, const SurfaceArrays& surfaces,
+                                 Index contact) {
+  return piece_at(pieces, surfaces, surfaces.contacts[contact].contact.feature.places[0]);
 }
 
 /// The first piece behind another that contacts touch, or kNoPiece.
-__device__ inline Index next_touched(const SurfaceArrays& surfaces, Index count, Index piece) {
+__device__ inline Index next_touched(const FreePieceArrays& pieces, const SurfaceArrays& surfaces,
+                                     Index count, Index piece) {
   __shared__ Index least;
   __syncthreads();
   if (threadIdx.x == 0) {
@@ -33,7 +41,7 @@ __device__ inline Index next_touched(const SurfaceArrays& surfaces, Index count,
   }
   __syncthreads();
   for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kMomentumSums) {
-    const Index own = piece_of(surfaces, c);
+    const Index own = piece_of(pieces, surfaces, c);
     if (own > piece) {
       atomicMin(&least, own);
     }
@@ -43,18 +51,19 @@ __device__ inline Index next_touched(const SurfaceArrays& surfaces, Index count,
 }
 
 /// Whether tools hold a piece, or push it with vertices alone.
-__device__ inline bool is_held(const ToolArrays& tools, StepInput* input, Index piece) {
+__device__ inline bool is_held(const FreePieceArrays& pieces, const ToolArrays& tools,
+                               StepInput* input, Index piece) {
   const SurfaceArrays& surfaces = tools.surfaces;
   bool is_any = false;
   const HeldInput* const held = table<HeldInput>(input, input->held);
   for (Index h = static_cast<Index>(threadIdx.x); h < input->held_count; h += kMomentumSums) {
-    is_any |= __ldg(surfaces.piece_of_place + held[h].place) == piece;
+    is_any |= piece_at(pieces, surfaces, held[h].place) == piece;
   }
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
     const Index* const places = tools.contact_places + of_pusher(pusher, tools.contact_room);
     for (Index i = static_cast<Index>(threadIdx.x); i < tools.contact_counts[pusher];
          i += kMomentumSums) {
-      is_any |= __ldg(surfaces.piece_of_place + places[i]) == piece;
+      is_any |= piece_at(pieces, surfaces, places[i]) == piece;
     }
   }
   return __syncthreads_or(is_any) != 0;
@@ -100,15 +109,15 @@ __device__ Vec3<double> arm_of_contact(const SurfaceContact& contact, const ArmA
 
 /// Lists the contacts of a piece, in their order.
 /// @return  how many
-__device__ inline Index list_rigid_contacts(const DeviceState& state, const SurfaceArrays& surfaces,
-                                            Index count, Index piece, const Vec3<double>& centre,
-                                            float inverse_dt_squared) {
+__device__ inline Index list_rigid_contacts(const DeviceState& state, const FreePieceArrays& pieces,
+                                            const SurfaceArrays& surfaces, Index count, Index piece,
+                                            const Vec3<double>& centre, float inverse_dt_squared) {
   using Scan = cub::BlockScan<Index, kMomentumSums>;
   __shared__ typename Scan::TempStorage storage;
   Index listed = 0;
   for (Index first = 0; first < count; first += kMomentumSums) {
     const Index c = first + static_cast<Index>(threadIdx.x);
-    bool is_of_piece = c < count && piece_of(surfaces, c) == piece;
+    bool is_of_piece = c < count && piece_of(pieces, surfaces, c) == piece;
     RigidContact rigid{};
     if (is_of_piece) {
       const SurfaceContact& contact = surfaces.contacts[c].contact;
@@ -140,44 +149,43 @@ __global__ void __launch_bounds__(kMomentumSums)
   __shared__ SumRoom room;
   __shared__ SharedRoom<Screw> twist;
   state = of_copy(state);
+  pieces = of_copy(pieces);
   tools = of_copy(tools, state.capacity);
   input += copy_index();
   const SurfaceArrays& surfaces = tools.surfaces;
   const Index count = contact_count(surfaces);
   const auto thread = static_cast<Index>(threadIdx.x);
-  for (Index piece = next_touched(surfaces, count, kInvalidIndex); piece != kNoPiece;
-       piece = next_touched(surfaces, count, piece)) {
-    if (is_held(tools, input, piece)) {
+  for (Index piece = next_touched(pieces, surfaces, count, kInvalidIndex); piece != kNoPiece;
+       piece = next_touched(pieces, surfaces, count, piece)) {
+    if (is_held(pieces, tools, input, piece)) {
       continue;
     }
-    const Index first = __ldg(pieces.firsts + piece), end = __ldg(pieces.firsts + piece + 1);
     MomentumSums own;
-    for (Index i = first + thread; i < end; i += kMomentumSums) {
-      const FlownVertex vertex(state, __ldg(pieces.places + i));
+    for_each_place(pieces, piece, [&](Index place) {
+      const FlownVertex vertex(state, place);
       if (vertex.counts()) {
         own.add(1 / static_cast<double>(vertex.moved.w), vertex.arm,
                 to_double(position_of(vertex.moved) - vertex.flight));
       }
-    }
+    });
     const MomentumSums sums = total(own, room.of<MomentumSums>());
     if (!(sums.mass > 0)) {
       continue;
     }
-    const Index listed = list_rigid_contacts(state, surfaces, count, piece, sums.centre(),
+    const Index listed = list_rigid_contacts(state, pieces, surfaces, count, piece, sums.centre(),
                                              input->substep.inverse_dt_squared);
     if (thread == 0) {
       twist.get() = RigidBalance(sums, surfaces.rigid, listed).twist();
     }
     __syncthreads();
     const RigidMove move{twist.get().linear, twist.get().angular, sums.centre()};
-    for (Index i = first + thread; i < end; i += kMomentumSums) {
-      const Index place = __ldg(pieces.places + i);
+    for_each_place(pieces, piece, [&](Index place) {
       const FlownVertex vertex(state, place);
       const Vec3<float> way = part_of(move, vertex.arm);
       if (vertex.counts() && is_finite_way(position_of(vertex.moved) + way)) {
         displace(state, place, way);
       }
-    }
+    });
     __syncthreads();
   }
 }
@@ -201,21 +209,19 @@ __device__ inline void ease_piece(const DeviceState& state, const FreePieceArray
   const auto position = [&](Index place) {
     return to_double(position_of(load_particle(state.particles + place)));
   };
-  const Index first = __ldg(pieces.firsts + piece), end = __ldg(pieces.firsts + piece + 1);
   MomentumSums own;
-  for (Index i = first + thread; i < end; i += kMomentumSums) {
-    const Index place = __ldg(pieces.places + i);
+  for_each_place(pieces, piece, [&](Index place) {
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
       own.add(1 / static_cast<double>(vertex.moved.w), position(place), {0, 0, 0});
     }
-  }
+  });
   const MomentumSums sums = total(own, room.of<MomentumSums>());
   if (thread == 0) {
     Pushes& pushes = shared_pushes.get();
     pushes = {sums};
     for (Index c = 0; c < count; ++c) {
-      if (piece_of(surfaces, c) == piece) {
+      if (piece_of(pieces, surfaces, c) == piece) {
         const SurfaceContact& contact = surfaces.contacts[c].contact;
         pushes.add(contact.multiplier, contact.normal, arm_of_contact(contact, position));
       }
@@ -225,8 +231,7 @@ __device__ inline void ease_piece(const DeviceState& state, const FreePieceArray
   const Pushes pushes = shared_pushes.get();
   const RigidMove pushed = pushes.sums.rigid_move();
   EasingSums along;
-  for (Index i = first + thread; i < end; i += kMomentumSums) {
-    const Index place = __ldg(pieces.places + i);
+  for_each_place(pieces, piece, [&](Index place) {
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
       along.add(1 / static_cast<double>(vertex.moved.w),
@@ -234,10 +239,9 @@ __device__ inline void ease_piece(const DeviceState& state, const FreePieceArray
                 load_velocity(state.velocities + place), load_way(state.ways + place),
                 load_velocity(state.velocities_before + place), input->h);
     }
-  }
+  });
   const Easing easing = total(along, room.of<EasingSums>()).easing(pushes);
-  for (Index i = first + thread; i < end; i += kMomentumSums) {
-    const Index place = __ldg(pieces.places + i);
+  for_each_place(pieces, piece, [&](Index place) {
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
       const Vec3<float> way = part_of(pushed, position(place));
@@ -246,10 +250,10 @@ __device__ inline void ease_piece(const DeviceState& state, const FreePieceArray
       store_velocity(now, load_velocity(now) + static_cast<float>(easing.now) * way);
       store_velocity(before, load_velocity(before) + static_cast<float>(easing.before) * way);
     }
-  }
+  });
   const float relief = relief_of(easing, input->h, input->per_step, input->density);
   for (Index c = thread; c < count; c += kMomentumSums) {
-    if (piece_of(surfaces, c) == piece) {
+    if (piece_of(pieces, surfaces, c) == piece) {
       surfaces.contacts[c].contact.is_eased = true;
       surfaces.contacts[c].contact.relief = relief;
     }
@@ -263,13 +267,14 @@ __global__ void __launch_bounds__(kMomentumSums)
   wait_for_previous();
   __shared__ SumRoom room;
   state = of_copy(state);
+  pieces = of_copy(pieces);
   tools = of_copy(tools, state.capacity);
   input += copy_index();
   const SurfaceArrays& surfaces = tools.surfaces;
   const Index count = contact_count(surfaces);
-  for (Index piece = next_touched(surfaces, count, kInvalidIndex); piece != kNoPiece;
-       piece = next_touched(surfaces, count, piece)) {
-    if (!is_held(tools, input, piece)) {
+  for (Index piece = next_touched(pieces, surfaces, count, kInvalidIndex); piece != kNoPiece;
+       piece = next_touched(pieces, surfaces, count, piece)) {
+    if (!is_held(pieces, tools, input, piece)) {
       ease_piece(state, pieces, surfaces, input, count, piece, room);
     }
   }

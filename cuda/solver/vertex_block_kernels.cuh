@@ -23,6 +23,9 @@ constexpr bool kTakesFirstRows = !PBDSURG_KERNELS_ARE_STRICT;
 __device__ inline VertexArrays of_copy(VertexArrays vertices) {
   const std::size_t copy = copy_index();
   vertices.holds += copy * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
+  if (vertices.guards != nullptr) {
+    vertices.guards += copy * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
+  }
   if (vertices.is_damped) {
     vertices.springs += copy * static_cast<std::size_t>(vertices.spring_room);
     vertices.volumes += copy * static_cast<std::size_t>(vertices.volume_room);
@@ -420,6 +423,9 @@ __global__ void __launch_bounds__(kBlockThreads)
   const Particle flight = load_particle(&at(state.flights, corner));
   const float relaxation = sweep.relaxation < flight.w ? sweep.relaxation : flight.w;
   start.add_pull(inverse_dt_squared / p.w, position_of(flight) - u);
+  if (vertices.guards != nullptr) {
+    start.isotropic = start.isotropic + __ldcg(vertices.guards + index * kBlockLanes + lane);
+  }
   [[maybe_unused]] Index hold = kInvalidIndex;
   if constexpr (kTools) {
     tools = of_copy(tools, state.capacity);

@@ -68,10 +68,16 @@ void VertexBuffers::upload(const SolverData& data, bool has_grown, cudaStream_t 
 }
 
 void VertexBuffers::make_room(const SolverData& data, cudaStream_t stream) {
-  if (room_.has_room_for(counts_)) {
-    point(data);
-    return;
+  if (!room_.has_room_for(counts_)) {
+    enlarge(data, stream);
   }
+  point(data);
+  if (arrays_.guards != nullptr) {
+    guards_.fill(static_cast<std::size_t>(data.copy_count()) * lane_room(), kNothing, stream);
+  }
+}
+
+void VertexBuffers::enlarge(const SolverData& data, cudaStream_t stream) {
   const VertexCounts before = room_;
   VertexCounts room = with_room(counts_, data, true);
   room.include(before);
@@ -95,11 +101,11 @@ void VertexBuffers::make_room(const SolverData& data, cudaStream_t stream) {
   shares_.enlarge(has_shares, before.blocks * kBlockLanes, room.blocks * kBlockLanes, kNothing,
                   stream);
   room_ = room;
-  point(data);
 }
 
 void VertexBuffers::point(const SolverData& data) {
-  const std::size_t lanes = room_.blocks * static_cast<std::size_t>(kBlockLanes);
+  const std::size_t lanes = static_cast<std::size_t>(data.copy_count()) * lane_room();
+  const bool has_guards = moves_vertices(data.options) && !data.custom.empty();
   arrays_ = {blocks_.get(),
              pulls_.get(),
              springs_.get(),
@@ -110,7 +116,8 @@ void VertexBuffers::point(const SolverData& data) {
              damped_springs_.get(),
              damped_volumes_.get(),
              damped_triangles_.get(),
-             holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
+             holds_.reserve(lanes),
+             has_guards ? guards_.reserve(lanes) : nullptr,
              lane_of_place_.get(),
              shares_.get(),
              data.vertex_blocks.block_count(),
@@ -124,7 +131,14 @@ void VertexBuffers::point(const SolverData& data) {
 }
 
 // Room and pieces are a power of two, so that few edits change what a step launches.
-void FreePieceBuffers::take_over(const PieceLists& pieces, cudaStream_t stream) {
+void FreePieceBuffers::take_over(const PieceLists& pieces, Index copies, cudaStream_t stream) {
+  upload(pieces, stream);
+  const std::size_t groups =
+      static_cast<std::size_t>(copies) * static_cast<std::size_t>(arrays_.count);
+  arrays_.groups = groups > 0 ? groups_.reserve(groups) : nullptr;
+}
+
+void FreePieceBuffers::upload(const PieceLists& pieces, cudaStream_t stream) {
   if (revision_ == pieces.revision()) {
     return;
   }
@@ -211,8 +225,8 @@ std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
          hinges_.memory_bytes() + triangles_.memory_bytes() + damped_triangles_.memory_bytes() +
-         fibres_.memory_bytes() + holds_.memory_bytes() + lane_of_place_.memory_bytes() +
-         shares_.memory_bytes();
+         fibres_.memory_bytes() + holds_.memory_bytes() + guards_.memory_bytes() +
+         lane_of_place_.memory_bytes() + shares_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

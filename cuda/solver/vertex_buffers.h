@@ -25,8 +25,8 @@ class VertexBuffers {
   /// Notes how much there is after an edit, whose words are written later. A step may be running.
   void follow(const SolverData& data) noexcept { counts_.include(VertexCounts(data)); }
 
-  /// Makes room for what was noted. Where there is too little, some arrays are others then, with
-  /// what was there; waits.
+  /// Before a step: makes room for what was noted, and enqueues that nothing guards vertices. Where
+  /// there is too little, some arrays are others then, with what was there; waits.
   void make_room(const SolverData& data, cudaStream_t stream);
 
   [[nodiscard]] const VertexArrays& arrays() const noexcept { return arrays_; }
@@ -40,7 +40,11 @@ class VertexBuffers {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  void enlarge(const SolverData& data, cudaStream_t stream);
   void point(const SolverData& data);
+  [[nodiscard]] std::size_t lane_room() const {
+    return room_.blocks * static_cast<std::size_t>(kBlockLanes);
+  }
 
   DeviceBuffer<VertexBlock> blocks_;
   DeviceBuffer<PullRow> pulls_;
@@ -51,6 +55,7 @@ class VertexBuffers {
   DeviceBuffer<FibreRow> fibres_;
   DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_triangles_;
   DeviceBuffer<Index> holds_;
+  DeviceBuffer<float> guards_;
   DeviceBuffer<Index> lane_of_place_;
   DeviceBuffer<float> shares_;
   VertexCounts counts_, room_;
@@ -61,16 +66,19 @@ class VertexBuffers {
 class FreePieceBuffers {
  public:
   /// Copies them, if they are others than before. Waits then.
-  void take_over(const PieceLists& pieces, cudaStream_t stream);
+  /// @param copies  of the scene, whose pieces something may join; 0: nothing does
+  void take_over(const PieceLists& pieces, Index copies, cudaStream_t stream);
 
   [[nodiscard]] const FreePieceArrays& arrays() const noexcept { return arrays_; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return firsts_.memory_bytes() + places_.memory_bytes();
+    return firsts_.memory_bytes() + places_.memory_bytes() + groups_.memory_bytes();
   }
 
  private:
-  DeviceBuffer<Index> firsts_, places_;
+  DeviceBuffer<Index> firsts_, places_, groups_;
+  void upload(const PieceLists& pieces, cudaStream_t stream);
+
   std::uint64_t revision_ = 0;  // without pieces
   FreePieceArrays arrays_{};
 };

@@ -68,6 +68,8 @@ struct VertexArrays {
   /// [copy][block_room][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.
   Index* holds;
+  /// [copy][block_room][lane] N/m, see GuardBlock; null where nothing fills a surface.
+  float* guards;
   /// [place] block * kBlockLanes + lane, or kInvalidIndex where no block has it.
   const Index* lane_of_place;
   const float* stiffness_shares;  ///< [block][lane] of explicit steps: StableSubstep::shares()
@@ -85,6 +87,9 @@ struct FreePieceArrays {
   const Index* firsts = nullptr;  ///< [count + 1]
   const Index* places = nullptr;  ///< of piece i, [firsts[i], firsts[i + 1]): none of the last ones
   Index count = 0;                ///< zero if there are no pieces
+  /// [copy][count] the first of those that a piece moves with, or kInvalidIndex if it is pushed
+  /// from outside: see PushedPieces. Null: each moves by itself.
+  Index* groups = nullptr;
 
   bool operator==(const FreePieceArrays&) const = default;
 };
@@ -108,13 +113,16 @@ struct CoarseArrays {
   NodeSums* sums = nullptr;       ///< [copy][node], as the following
   AffineNumbers* moves_of_nodes = nullptr;
   double* gains_before = nullptr;
-  Turn* turns = nullptr;              ///< [copy][node] of pieces
-  float* amplitudes = nullptr;        ///< [copy][mode]
-  float* gives = nullptr;             ///< [copy][mode]
-  float* hold_modes = nullptr;        ///< [copy][mode][row] in room for kHoldRows
-  CoarseHolds* holds = nullptr;       ///< [copy]
-  CoarseShares* hold_sums = nullptr;  ///< [copy][node near which it is][node that moves it] N/m
-  Index* hold_counts = nullptr;       ///< [copy][node]
+  Turn* turns = nullptr;               ///< [copy][node] of pieces
+  float* amplitudes = nullptr;         ///< [copy][mode]
+  float* gives = nullptr;              ///< [copy][mode]
+  float* hold_modes = nullptr;         ///< [copy][mode][row] in room for kHoldRows
+  CoarseHolds* holds = nullptr;        ///< [copy]
+  CoarseShares* hold_sums = nullptr;   ///< [copy][node near which it is][node that moves it] N/m
+  Index* hold_counts = nullptr;        ///< [copy][node]
+  AffineNumbers* wide_sums = nullptr;  ///< [copy][wide][node] as CoarseScratch has them of one
+  float* wide_compliances = nullptr;   ///< [copy][wide] m^3/Pa
+  Index wide_count = 0;                ///< surfaces that something fills, see WideConstraints
   Index node_count = 0, piece_count = 0, mode_count = 0;
   Index vertex_room = 0, member_room = 0, part_room = 0;
 

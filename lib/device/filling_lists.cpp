@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/device/filling_lists.h"
 
+#include <algorithm>
+
 namespace pbdsurg::cuda {
 
 FillingLists::FillingLists(const Filling::Surface& surface, std::span<const Index> place_of_vertex)
@@ -26,6 +28,33 @@ FillingLists::FillingLists(const Filling::Surface& surface, std::span<const Inde
       triangles_at[next[i]++] = static_cast<Index>(t);
     }
   }
+}
+
+std::vector<WallTies> find_ties(std::span<const std::span<const Index>> walls,
+                                const PieceLists& pieces, std::size_t place_count) {
+  std::vector<Index> piece_of(place_count, kInvalidIndex);
+  for (Index piece = 0; piece < pieces.count(); ++piece) {
+    for (const Index place : pieces.places(piece)) {
+      piece_of[place] = piece;
+    }
+  }
+  std::vector<bool> is_of_earlier(place_count, false);
+  std::vector<WallTies> ties;
+  for (const std::span<const Index> wall : walls) {
+    auto& [is_shared, own_pieces, is_anchored] = ties.emplace_back();
+    for (const Index place : wall) {
+      is_shared.push_back(is_of_earlier[place] ? 1 : 0);
+      is_of_earlier[place] = true;
+      if (piece_of[place] == kInvalidIndex) {
+        is_anchored = true;
+      } else {
+        own_pieces.push_back(piece_of[place]);
+      }
+    }
+    std::ranges::sort(own_pieces);
+    own_pieces.erase(std::unique(own_pieces.begin(), own_pieces.end()), own_pieces.end());
+  }
+  return ties;
 }
 
 }  // namespace pbdsurg::cuda

@@ -3,8 +3,7 @@
 
 /// @file
 /// What a team of threads does in a sweep with what fills a closed surface: the same bits as
-/// pbdsurg/surgery/lumen.h by projections on a CPU, since all sums are in the order of triangles
-/// and vertices.
+/// pbdsurg/surgery/lumen.h on a CPU, since all sums are in the order of triangles and vertices.
 
 #include <cmath>
 #include <cstddef>
@@ -13,8 +12,12 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/stiff_link.h"
 
+#include "lib/solver/methods/displacement.h"
 #include "lib/solver/methods/filling.h"
+#include "lib/solver/methods/fixed_point.h"
+#include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
 
 namespace pbdsurg::cuda {
@@ -27,7 +30,9 @@ struct FillingTriangle {
 struct alignas(16) FillingCopy {
   FillingState now;
   FillingSubstep substep;
-  bool is_new;  ///< whether now.amount is to follow from now.pressure
+  bool is_new;           ///< whether now.amount is to follow from now.pressure
+  bool has_pushed;       ///< in this substep
+  float compliance = 0;  ///< m^3/Pa, of the last sweep
 };
 
 /// What changes from step to step.
@@ -52,7 +57,13 @@ struct FillingArrays {
   Vec3<float>* thirds;     ///< [copy][triangle] m^2
   Vec3<float>* gradients;  ///< [copy][vertex] m^2
   float* gives;            ///< [copy][vertex] m^3/Pa
+  // of vertex blocks
+  const Index* is_shared;  ///< [vertex] not zero where an earlier surface has the vertex, too
+  const Index* pieces;     ///< [piece_count] free ones that the wall has vertices of
   Index vertex_count, triangle_count, wall_count, hole_count;
+  Index piece_count;
+  bool is_anchored;  ///< whether the wall has other vertices, too
+  bool is_first;     ///< of the surfaces
 
   bool operator==(const FillingArrays&) const = default;
 };
@@ -72,10 +83,118 @@ struct FillingArrays {
   return filling;
 }
 
-/// Where vertices are in a substep, in compliance mode.
-struct FillingVertices {
+/// The vertices of walls within a substep, by projections: a push takes each as far as its inertia
+/// lets it.
+struct FreeVertices {
   const Particle* bases;  ///< [place]
   Particle* moving;       ///< [place] displacements
+  float square_of_dt;     ///< s^2
+
+  /// m, from where it was at the start of the substep.
+  template <class Team>
+  [[nodiscard]] PBDSURG_DEVICE Vec3<float> moved(const Team& team, Index place) const {
+    return way_of(team.load(moving + place));
+  }
+  template <class Team>
+  [[nodiscard]] PBDSURG_DEVICE Vec3<float> yield(const Team& team, Index place,
+                                                 const Vec3<float>& force) const {
+    return (square_of_dt * team.load(moving + place).w) * force;
+  }
+  /// @param way  yield() of the force
+  template <class Team>
+  PBDSURG_DEVICE void push(const Team& team, Index place, const Vec3<float>& force,
+                           const Vec3<float>& way) const {
+    const Particle p = team.load(moving + place);
+    const Vec3<float> after = way_of(p) + way;
+    if (leads_somewhere(after, force)) {
+      team.store(moving + place, after, p.w);
+    }
+  }
+  PBDSURG_DEVICE void guard(Index /*place*/, bool /*is_shared*/, float /*stiffness*/) const {}
+  template <class Team>
+  PBDSURG_DEVICE void begin(const Team& /*team*/) const {}
+  template <class Team>
+  PBDSURG_DEVICE void join(const Team& /*team*/, const FillingArrays& /*filling*/) const {}
+
+ protected:
+  PBDSURG_HOST_DEVICE static Vec3<float> way_of(const Particle& p) { return {p.x, p.y, p.z}; }
+  PBDSURG_HOST_DEVICE static bool leads_somewhere(const Vec3<float>& after,
+                                                  const Vec3<float>& force) {
+    return dot(after, after) < kInfinity && dot(force, force) < kInfinity;
+  }
+};
+
+/// Likewise by vertex blocks, whose rows hold against it: see ConstraintSweep. Before the sweeps
+/// it is where vertices go by themselves that pushes change.
+/// @tparam kForecast  whether that is now
+template <bool kForecast>
+struct HeldVertices : FreeVertices {
+  LinkEnds ends;
+  Particle* flights;           ///< [place]
+  FixedPoint* points;          ///< [place]
+  const Index* lane_of_place;  ///< see VertexArrays
+  float* guards;               ///< [block][lane] likewise
+  Index* groups;               ///< [group_count] see FreePieceArrays
+  Index group_count;
+  float inverse_dt_squared;  ///< 1/s^2
+
+  template <class Team>
+  [[nodiscard]] PBDSURG_DEVICE Vec3<float> moved(const Team& team, Index place) const {
+    const Vec3<float> now = FreeVertices::moved(team, place);
+    return kForecast ? now + way_of(team.load(ends.ways + place)) : now;
+  }
+  template <class Team>
+  [[nodiscard]] PBDSURG_DEVICE Vec3<float> yield(const Team& team, Index place,
+                                                 const Vec3<float>& force) const {
+    const Particle give = team.load(ends.gives + place), shear = team.load(ends.shears + place);
+    return VertexGive<float>{give.x, give.y, give.z, shear.x, shear.y, shear.z} * force;
+  }
+  template <class Team>
+  PBDSURG_DEVICE void push(const Team& team, Index place, const Vec3<float>& force,
+                           const Vec3<float>& way) const {
+    Particle* const own = (kForecast ? ends.ways : moving) + place;
+    const Particle p = team.load(own);
+    const Vec3<float> before = way_of(p), after = before + way;
+    if (!leads_somewhere(after, force)) {
+      return;
+    }
+    team.store(own, after, p.w);
+    const Particle flight = team.load(flights + place);
+    const float w = team.load(moving + place).w;
+    team.store(flights + place, way_of(flight) + pushed_flight(force, w, inverse_dt_squared),
+               flight.w);
+    if (!kForecast) {
+      team.store(points + place, moved_point(team.load(points + place), before, after));
+    }
+  }
+  PBDSURG_DEVICE void guard(Index place, bool is_shared, float stiffness) const {
+    if (const Index lane = lane_of_place[place]; lane != kInvalidIndex) {
+      guards[lane] = (is_shared ? guards[lane] : 0.0F) + stiffness;
+    }
+  }
+
+  /// Each free piece is by itself.
+  template <class Team>
+  PBDSURG_DEVICE void begin(const Team& team) const {
+    team.for_each(group_count, [&](Index piece) { groups[piece] = piece; });
+  }
+  /// The pieces of a wall go together from here on, with those that go with them; not at all, if
+  /// the wall is of others, too: as PushedPieces have it.
+  template <class Team>
+  PBDSURG_DEVICE void join(const Team& team, const FillingArrays& filling) const {
+    Index group = filling.is_anchored ? kInvalidIndex : group_count;
+    for (Index i = 0; i < filling.piece_count; ++i) {
+      const Index own = team.load(groups + filling.pieces[i]);
+      group = own < group ? own : group;
+    }
+    for (Index i = 0; i < filling.piece_count; ++i) {
+      const Index before = team.load(groups + filling.pieces[i]);
+      team.meet();  // before it is another
+      team.for_each(before == group ? 0 : group_count, [&](Index piece) {
+        groups[piece] = groups[piece] == before ? group : groups[piece];
+      });
+    }
+  }
 };
 
 /// m^3, within the surface whose vertices are at the ways.
@@ -92,7 +211,7 @@ PBDSURG_DEVICE double filling_volume(const Team& team, const FillingArrays& fill
 /// Begins a substep: how much there would be at its end without pressure.
 template <class Team>
 PBDSURG_DEVICE void begin_filling(const Team& team, const FillingArrays& filling,
-                                  const FillingVertices& vertices, FillingCopy& own) {
+                                  const FreeVertices& vertices, FillingCopy& own) {
   using std::sqrt;
   const FillingLaw law = filling.input->law;
   team.for_each(filling.vertex_count, [&](Index i) {
@@ -120,26 +239,25 @@ PBDSURG_DEVICE void begin_filling(const Team& team, const FillingArrays& filling
     holes += sqrt(dot(area, area)) / 2;
   }
   own.substep = law.begin(own.now, holes, filling.input->h);
+  own.has_pushed = false;
 }
 
-/// Projects the constraint on the volume, as ConstraintSweep::satisfy_together() does by
-/// projections, and pushes the wall.
-template <class Team>
+/// Projects the constraint on the volume, as ConstraintSweep::satisfy_together() does, and pushes
+/// the wall.
+template <class Team, class Vertices>
 PBDSURG_DEVICE void push_wall(const Team& team, const FillingArrays& filling,
-                              const FillingVertices& vertices, float inverse_dt_squared,
-                              FillingCopy& own) {
+                              const Vertices& vertices, FillingCopy& own) {
   const FillingLaw law = filling.input->law;
-  const auto load_vector = [&](const Particle* particle) {
-    const Particle p = team.load(particle);
+  const auto base_of = [&](Index place) {
+    const Particle p = team.load(vertices.bases + place);
     return Vec3<float>{p.x, p.y, p.z};
   };
   const Index origin = filling.places[0];
-  const Vec3<float> base = load_vector(vertices.bases + origin);
-  const Vec3<float> moved = load_vector(vertices.moving + origin);
+  const Vec3<float> base = base_of(origin);
+  const Vec3<float> moved = vertices.moved(team, origin);
   team.for_each(filling.vertex_count, [&](Index i) {
     const Index place = filling.places[i];
-    const Vec3<float> way = (load_vector(vertices.bases + place) - base) +
-                            (load_vector(vertices.moving + place) - moved);
+    const Vec3<float> way = (base_of(place) - base) + (vertices.moved(team, place) - moved);
     filling.ways[i] = {way.x, way.y, way.z};
   });
   team.for_each(filling.triangle_count, [&](Index t) {
@@ -147,36 +265,41 @@ PBDSURG_DEVICE void push_wall(const Team& team, const FillingArrays& filling,
     filling.thirds[t] =
         third_of_area(filling.ways[corners[0]], filling.ways[corners[1]], filling.ways[corners[2]]);
   });
-  const float square_of_dt = 1 / inverse_dt_squared;
   team.for_each(filling.vertex_count, [&](Index i) {
     Vec3<float> gradient;
     for (Index k = filling.firsts[i]; k < filling.firsts[i + 1]; ++k) {
       gradient = gradient + filling.thirds[filling.triangles_at[k]];
     }
-    const float w = team.load(vertices.moving + filling.places[i]).w;
     filling.gradients[i] = gradient;
-    filling.gives[i] = dot(gradient, (square_of_dt * w) * gradient);
+    filling.gives[i] = dot(gradient, vertices.yield(team, filling.places[i], gradient));
   });
   const auto [value, compliance] = law.constraint(own.substep, filling_volume(team, filling));
   const float give = team.sum(compliance, filling.gives, filling.vertex_count);
   const float before = own.substep.multiplier;
   float multiplier = before - (value + compliance * before) / give;
-  if (!(give > 0) || !(multiplier < kInfinity && multiplier > -kInfinity)) {
+  const bool yields = give > 0 && multiplier < kInfinity && multiplier > -kInfinity;
+  if (!yields) {
     multiplier = before;  // nothing yields, or a vertex is lost
   }
   const float least = -law.ambient_pressure;
   multiplier = multiplier < least ? least : multiplier;
   const float change = multiplier - before;
   own.substep.multiplier = own.substep.pressure = multiplier;
-  team.for_each(change == 0 ? 0 : filling.vertex_count, [&](Index i) {
-    Particle* const particle = vertices.moving + filling.places[i];
-    const Particle p = team.load(particle);
-    const Vec3<float> force = change * filling.gradients[i];
-    const Vec3<float> after = Vec3<float>{p.x, p.y, p.z} + (square_of_dt * p.w) * force;
-    if (dot(after, after) < kInfinity && dot(force, force) < kInfinity) {
-      team.store(particle, after, p.w);
-    }
+  own.compliance = compliance;
+  team.for_each(filling.vertex_count, [&](Index i) {
+    const Vec3<float> gradient = filling.gradients[i];
+    vertices.guard(filling.places[i], filling.is_shared[i] != 0,
+                   yields && multiplier != 0 ? dot(gradient, gradient) / give : 0.0F);
   });
+  team.for_each(change == 0 ? 0 : filling.vertex_count, [&](Index i) {
+    const Vec3<float> force = change * filling.gradients[i];
+    const Index place = filling.places[i];
+    vertices.push(team, place, force, vertices.yield(team, place, force));
+  });
+  if (change != 0 && !own.has_pushed) {
+    own.has_pushed = true;
+    vertices.join(team, filling);
+  }
 }
 
 /// A copy's contents in a sweep.
@@ -184,17 +307,20 @@ PBDSURG_DEVICE void push_wall(const Team& team, const FillingArrays& filling,
 ///                  values, count): start + values[0] + values[1] and so on, in this order;
 ///                  load(), store(); meet(); is_leader(). All threads of it take part, and all
 ///                  have what sum() finds.
-/// @param is_first  of the sweeps of a substep
-template <class Team>
+/// @param is_first  whether a substep begins: with the first sweep of projections, or before those
+///                  of vertex blocks
+template <class Team, class Vertices>
 PBDSURG_DEVICE void project_filling(const Team& team, const FillingArrays& filling,
-                                    const FillingVertices& vertices, float inverse_dt_squared,
-                                    bool is_first) {
+                                    const Vertices& vertices, bool is_first) {
   FillingCopy own = team.load(filling.copies);
   if (is_first) {
+    if (filling.is_first) {
+      vertices.begin(team);
+    }
     begin_filling(team, filling, vertices, own);
   }
   if (filling.wall_count > 0) {
-    push_wall(team, filling, vertices, inverse_dt_squared, own);
+    push_wall(team, filling, vertices, own);
     own.now = FillingLaw::end(own.substep);
   }
   team.meet();  // before it is another

@@ -33,8 +33,7 @@ void Solver::add_constraints(std::shared_ptr<CustomConstraints> set) {
     }
     if (!data_->backend->takes_fillings()) {
       throw BackendUnavailable("constraint set '" + set->name() +
-                               "' needs a CPU, or projections in compliance mode, launch by "
-                               "launch: " +
+                               "' needs a CPU, or compliance mode, launch by launch: " +
                                backend_name() + " does not step it");
     }
   }

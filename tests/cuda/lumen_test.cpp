@@ -2,6 +2,7 @@
 // A lumen on a device: strict against the serial backend, fast against strict, and what is refused.
 #include "pbdsurg/surgery/lumen.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -29,17 +30,59 @@ using testing::StrictPair;
 const SolverOptions kProjections{
     .method = SolverMethod::projection, .substeps = 2, .iterations = 5, .damping = 5};
 
+const SolverOptions kBlocks{
+    .method = SolverMethod::vertex_block, .substeps = 2, .iterations = 5, .damping = 5};
+
+Scene held_ball() {
+  Scene ball = ball_scene();
+  ball.set_gravity({0, -9.81F, 0});
+  ball.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < -0.022; });
+  return ball;
+}
+
+/// A ball that nothing holds, with inner friction, and a second one beside it.
+Scene free_balls() {
+  Scene balls;
+  const Material material{
+      .density = 1000, .youngs_modulus = 10e3F, .poissons_ratio = 0.3F, .damping = 2e-3F};
+  balls.add_body("ball", testing::hollow_ball(), material);
+  const TetMesh& ball = testing::hollow_ball();
+  std::vector<Eigen::Vector3d> beside(ball.positions().begin(), ball.positions().end());
+  for (Eigen::Vector3d& x : beside) {
+    x.x() += 2.2 * testing::kOuter;
+  }
+  balls.add_body("other", {beside, {ball.tets().begin(), ball.tets().end()}}, material);
+  balls.set_gravity(Eigen::Vector3f::Zero());
+  return balls;
+}
+
+/// Takes a belt of tissue away, so that halves are left.
+TopologyEdit halve(const Tissue& tissue) {
+  TopologyEdit edit;
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    double least = kInfinity, most = -kInfinity;
+    for (const Index v : tissue.tets()[t]) {
+      least = std::min(least, tissue.rest_positions()[v].y());
+      most = std::max(most, tissue.rest_positions()[v].y());
+    }
+    if (least < 1e-3 && most > 1e-3) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  return edit;
+}
+
 /// Two strict solvers, each with lumens of its own in the ball.
 struct LumenPair : StrictPair {
-  LumenPair(const SolverOptions& options, DeviceStrategy strategy)
-      : StrictPair(scene(), options, strategy) {}
+  LumenPair(const Scene& scene, const SolverOptions& options, DeviceStrategy strategy)
+      : StrictPair(scene, options, strategy) {}
 
-  void add(const LumenOptions& contents) {
+  void add(const LumenOptions& contents, Index body = 0) {
     std::array<std::shared_ptr<Lumen>, 2>& added = lumens.emplace_back();
     for (const std::size_t i : {0, 1}) {
       Solver& solver = i == 0 ? serial : device;
-      added[i] = std::make_shared<Lumen>(solver.tissue(), find_cavities(solver.tissue(), 0).at(0),
-                                         contents);
+      added[i] = std::make_shared<Lumen>(solver.tissue(),
+                                         find_cavities(solver.tissue(), body).at(0), contents);
       solver.add_constraints(added[i]);
     }
   }
@@ -65,14 +108,6 @@ struct LumenPair : StrictPair {
   }
 
   std::vector<std::array<std::shared_ptr<Lumen>, 2>> lumens;
-
- private:
-  static Scene scene() {
-    Scene ball = ball_scene();
-    ball.set_gravity({0, -9.81F, 0});
-    ball.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < -0.022; });
-    return ball;
-  }
 };
 
 }  // namespace
@@ -85,11 +120,12 @@ TEST_CASE("cuda lumen: strict has the serial bits, through flow, holes, undo and
   const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
   const auto integration = GENERATE(TimeIntegration::implicit_euler, TimeIntegration::bdf2);
   const bool is_gas = GENERATE(true, false);
-  INFO("gas " << is_gas << ", integration " << static_cast<int>(integration));
-  SolverOptions options = kProjections;
+  SolverOptions options = GENERATE(kProjections, kBlocks);
+  INFO("gas " << is_gas << ", integration " << static_cast<int>(integration) << ", method "
+              << static_cast<int>(options.method));
   options.copies = 2;
   options.integration = integration;
-  LumenPair pair(options, strategy);
+  LumenPair pair(held_ball(), options, strategy);
   pair.add(is_gas ? LumenOptions{} : kWater);
   pair.fill([](Lumen& lumen) { lumen.set_reservoir(1e-5F, 300); });
   pair.run(10);
@@ -120,7 +156,7 @@ TEST_CASE("cuda lumen: strict has the serial bits, through flow, holes, undo and
 // Would catch a strategy that was chosen without a lumen and leaves it out, and one that stays in
 // the way of it.
 TEST_CASE("cuda lumen: one that comes later is stepped, and leaves again", "[device]") {
-  LumenPair pair(kProjections, DeviceStrategy::automatic);
+  LumenPair pair(held_ball(), GENERATE(kProjections, kBlocks), DeviceStrategy::automatic);
   pair.run(2);
   pair.add({});
   pair.add(kWater);  // of the same hollow
@@ -134,9 +170,74 @@ TEST_CASE("cuda lumen: one that comes later is stepped, and leaves again", "[dev
   pair.run(3);
 }
 
+// Would catch, of vertex blocks: pieces that a device does not move together as walls join them,
+// with surfaces and friction in between or without; a coarse correction that knows nothing of
+// walls, or not the same; and ends of tools that nothing settles.
+TEST_CASE("cuda lumen: free balls under tools have the serial bits, whole and halved", "[device]") {
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  SolverOptions options = kBlocks;
+  options.coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
+  options.integration = GENERATE(TimeIntegration::implicit_euler, TimeIntegration::bdf2);
+  const bool has_tools = GENERATE(false, true);
+  INFO("correction " << static_cast<int>(options.coarse_correction) << ", integration "
+                     << static_cast<int>(options.integration) << ", tools " << has_tools);
+  LumenPair pair(free_balls(), options, strategy);
+  pair.add({});
+  pair.add(kWater, 1);
+  pair.fill([](Lumen& lumen) { lumen.set_reservoir(1e-4F, 300); });
+  const auto pose_at = [](float height) {
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f(0, height, 0);
+    return pose;
+  };
+  std::array<ToolId, 2> rods{}, balls{};
+  if (has_tools) {
+    pair.both([&](Solver& solver) {
+      const std::size_t i = &solver == &pair.device ? 1 : 0;
+      const Capsule along{{-30e-3F, 0, 0}, {90e-3F, 0, 0}, 2e-3F};
+      rods[i] = solver.add_tool({&along, 1}, pose_at(29e-3F),
+                                {.features = ContactFeatures::all, .friction = 0.3F});
+      const Capsule below{{0, 0, 0}, {0, 0, 0}, 3e-3F};
+      balls[i] = solver.add_tool({&below, 1}, pose_at(-30e-3F));
+    });
+  }
+  for (int i = 0; i < 8; ++i) {
+    if (has_tools) {
+      pair.both([&](Solver& solver) {
+        const std::size_t at = &solver == &pair.device ? 1 : 0;
+        solver.move_tool(rods[at], pose_at(29e-3F - 5e-4F * static_cast<float>(i)));
+        solver.move_tool(balls[at], pose_at(-30e-3F + (i < 4 ? 5e-4F * static_cast<float>(i) : 0)));
+      });
+    }
+    pair.run(1);
+    if (has_tools) {
+      CHECK(pair.device.tool_force(rods[1]) == pair.serial.tool_force(rods[0]));
+    }
+    if (i == 4) {
+      pair.both([](Solver& solver) { solver.tissue().apply(halve(solver.tissue())); });
+    }
+  }
+  CHECK(pair.lumens[0][0]->cavity().hole_count() > 0);
+  CHECK(pair.lumens[0][0]->pressure() != 0);
+}
+
+// Would catch walls that a correction knows nothing of, and moves all the same; shared vertices
+// that are guarded once, or for ever.
+TEST_CASE("cuda lumen: more than a correction knows have the serial bits", "[device]") {
+  SolverOptions options = kBlocks;
+  options.coarse_correction = CoarseCorrection::on;
+  LumenPair pair(free_balls(), options, DeviceStrategy::graph);
+  for (int i = 0; i < 14; ++i) {
+    pair.add(i % 2 == 0 ? LumenOptions{} : kWater, i % 3 == 0 ? 1 : 0);
+  }
+  pair.fill([](Lumen& lumen) { lumen.set_reservoir(1e-5F, 100); });
+  pair.run(4);
+  CHECK(pair.lumens[13][0]->pressure() != 0);
+}
+
 // Would catch what fast kernels do otherwise than strict ones, beyond rounding.
 TEST_CASE("cuda lumen: fast steps have the same bits in every run, close to strict", "[device]") {
-  SolverOptions options = kProjections;
+  SolverOptions options = GENERATE(kProjections, kBlocks);
   options.executor = cuda::device();
   options.math = MathMode::strict;
   LumenSolver strict(ball_scene(), options, {});
@@ -162,10 +263,10 @@ TEST_CASE("cuda lumen: who cannot step one says so", "[device]") {
         std::make_shared<Lumen>(solver.tissue(), find_cavities(solver.tissue(), 0).at(0));
     CHECK_THROWS_AS(solver.add_constraints(lumen), BackendUnavailable);
     CHECK_THROWS_WITH(solver.add_constraints(lumen),
-                      ContainsSubstring("'lumen' needs a CPU, or projections"));
+                      ContainsSubstring("'lumen' needs a CPU, or compliance mode"));
     CHECK(solver.step(kLumenStep).non_finite_vertices == 0);
   };
-  refuse({.method = SolverMethod::vertex_block});
+  refuse({.method = SolverMethod::vertex_block, .device_strategy = DeviceStrategy::cooperative});
   SolverOptions by_cluster = kProjections;
   by_cluster.device_strategy = DeviceStrategy::cluster;
   by_cluster.composition = PlanComposition::separate;

@@ -11,7 +11,11 @@
 #include "lib/device/filling_lists.h"
 #include "lib/device/filling_sweep.h"
 #include "lib/solver/methods/custom_constraints.h"
+#include "lib/solver/methods/fixed_point.h"
+#include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/state/load_store.h"
 #include "tests/support/catch.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
@@ -44,6 +48,7 @@ struct TeamOfOne {
     return *from;
   }
   void store(Particle* to, const Vec3<float>& x, float w) const { *to = {x.x, x.y, x.z, w}; }
+  void store(FixedPoint* to, const FixedPoint& point) const { *to = point; }
   void meet() const {}
   [[nodiscard]] bool is_leader() const { return true; }
 };
@@ -53,7 +58,8 @@ struct Room {
   Room(const SolverData& data, const Filling& filling, float h)
       : lists(filling.surface(), data.place_of_vertex),
         input{filling.law(), h},
-        copy{filling.state(0), {}, filling.is_new(0)},
+        copy{filling.state(0), {}, filling.is_new(0), false},
+        ties(find_ties({{lists.places}}, data.free_pieces, data.particles.size())),
         ways(lists.places.size()),
         caps(lists.triangles.size()),
         volumes(lists.triangles.size()),
@@ -76,15 +82,21 @@ struct Room {
             thirds.data(),
             gradients.data(),
             gives.data(),
+            ties[0].is_shared.data(),
+            ties[0].pieces.data(),
             static_cast<Index>(lists.places.size()),
             static_cast<Index>(lists.triangles.size()),
             lists.wall_count,
-            static_cast<Index>(lists.hole_ends.size())};
+            static_cast<Index>(lists.hole_ends.size()),
+            static_cast<Index>(ties[0].pieces.size()),
+            ties[0].is_anchored,
+            true};
   }
 
   FillingLists lists;
   FillingInput input;
   FillingCopy copy;
+  std::vector<WallTies> ties;
   FillingState result;
   std::vector<Vec3<double>> ways, caps;
   std::vector<double> volumes;
@@ -92,9 +104,27 @@ struct Room {
   std::vector<float> gives;
 };
 
-bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0;
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
 }
+
+/// What pushes of vertex blocks change.
+struct BlockState {
+  std::vector<Particle> moving, flights, end_ways;
+  std::vector<FixedPoint> points;
+
+  explicit BlockState(const StepScratch& scratch)
+      : moving(scratch.displacements),
+        flights(scratch.flights),
+        end_ways(scratch.end_ways),
+        points(scratch.fixed_points) {}
+
+  [[nodiscard]] bool same_bits_as(const BlockState& other) const {
+    return same_bits(moving, other.moving) && same_bits(flights, other.flights) &&
+           same_bits(end_ways, other.end_ways) && same_bits(points, other.points);
+  }
+};
 
 }  // namespace
 
@@ -137,8 +167,10 @@ TEST_CASE("cuda fillings: a team projects a lumen with the bits of a solver on a
       INFO("substep " << substep << ", sweep " << sweep);
       std::vector<Particle> own = moving;
       project_custom(step, 0, lengths, sweep);
-      project_filling(TeamOfOne{}, room.arrays(), {data.particles.data(), own.data()},
-                      lengths.inverse_dt_squared, sweep == 0);
+      project_filling(
+          TeamOfOne{}, room.arrays(),
+          FreeVertices{data.particles.data(), own.data(), 1 / lengths.inverse_dt_squared},
+          sweep == 0);
       REQUIRE_FALSE(data.custom.has_failed(0));
       REQUIRE(same_bits(own, moving));
       const LumenState expected = ball.lumen->state();
@@ -151,6 +183,138 @@ TEST_CASE("cuda fillings: a team projects a lumen with the bits of a solver on a
   CHECK(ball.lumen->state().amount == 2e-5);
   CHECK(ball.lumen->pressure() == 7);
   CHECK_FALSE(filling.is_new(0));
+}
+
+// Would catch likewise with vertex blocks: forces with which sweeps begin, yields of tissue, loads,
+// points, guards, gradients for the coarse correction, pieces that a wall joins.
+TEST_CASE("cuda fillings: a team projects a lumen with the bits of vertex blocks on a CPU",
+          "[equivalence]") {
+  const bool is_free = GENERATE(true, false);
+  INFO("free " << is_free);
+  Scene scene = pbdsurg::testing::ball_scene();
+  if (!is_free) {
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < -0.015; });
+  }
+  LumenSolver ball(scene, {.method = SolverMethod::vertex_block, .substeps = 2, .iterations = 3},
+                   {});
+  ball.lumen->set_reservoir(1e-5F, 300);
+  ball.run(2);
+  SolverData& data = inspect(ball.solver);
+  StepScratch& scratch = data.step_scratch;
+  constexpr float kStep = 2e-3F, kSubstep = kStep / 2;  // s
+  const Substep<float> lengths{1 / kSubstep, 1 / (kSubstep * kSubstep)};
+  data.part = whole_step(kStep, {2, 3});
+  scratch.fit(data);
+  data.custom.begin_step(data);
+  const StepContext step{data, data, scratch};
+  gather_holds(step);
+  Room room(data, *ball.lumen->filling(), data.part.h);
+  std::vector<Index> lane_of_place, groups(static_cast<std::size_t>(data.free_pieces.count()));
+  for (Index place = 0; place < static_cast<Index>(data.particles.size()); ++place) {
+    const auto [block, lane] = data.vertex_blocks.place_of(place);
+    lane_of_place.push_back(block == kInvalidIndex ? block : block * kBlockLanes + lane);
+  }
+  std::vector<float> guards(static_cast<std::size_t>(kBlockLanes) * scratch.guards.size());
+  for (int substep = 0; substep < 2; ++substep) {
+    for (std::size_t place = 0; place < data.particles.size(); ++place) {
+      const Particle& p = data.particles[place];
+      const float share = (place % 3 == 0 ? 2e-3F : -1e-3F) * static_cast<float>(1 + substep);
+      const Particle way{share * p.y, share * p.z, 5e-3F * p.x, p.w};
+      scratch.displacements[place] = way;
+      scratch.flights[place] = {way.y, way.z, way.x, kToLeastEnergy};
+      scratch.fixed_points[place] = fixed_point(load(p), load(way), data.vertex_blocks.unit());
+    }
+    const VertexState state = vertex_state(step, lengths, 1);
+    for (Index block = 0; block < data.vertex_blocks.block_count(); ++block) {
+      find_loose_ends(step, state, block, scratch.linked[block]);
+    }
+    find_lone_ends(step, state);
+    scratch.pushed.begin();
+    scratch.coarse.wide.clear();
+    for (int sweep = -1; sweep < 3; ++sweep) {
+      INFO("substep " << substep << ", sweep " << sweep);
+      BlockState own(scratch);
+      std::vector<Particle> gives = scratch.end_gives, shears = scratch.end_shears;
+      project_custom(step, 0, lengths, sweep);
+      const auto project = [&](auto vertices) {
+        vertices.bases = data.particles.data();
+        vertices.moving = own.moving.data();
+        vertices.square_of_dt = 1 / lengths.inverse_dt_squared;
+        vertices.ends = {own.end_ways.data(), gives.data(), shears.data()};
+        vertices.flights = own.flights.data();
+        vertices.points = own.points.data();
+        vertices.lane_of_place = lane_of_place.data();
+        vertices.guards = guards.data();
+        vertices.groups = groups.data();
+        vertices.group_count = static_cast<Index>(groups.size());
+        vertices.inverse_dt_squared = lengths.inverse_dt_squared;
+        project_filling(TeamOfOne{}, room.arrays(), vertices, sweep < 0);
+      };
+      if (sweep < 0) {
+        project(HeldVertices<true>{});
+      } else {
+        project(HeldVertices<false>{});
+      }
+      REQUIRE_FALSE(data.custom.has_failed(0));
+      REQUIRE(own.same_bits_as(BlockState(scratch)));
+      REQUIRE(room.result.pressure == ball.lumen->state().pressure);
+      REQUIRE(room.result.pressure != 0);
+      for (const Index place : room.lists.places) {
+        const auto [block, lane] = data.vertex_blocks.place_of(place);
+        const float expected =
+            block == kInvalidIndex ? 0.0F : scratch.guards[block].stiffness[lane];
+        const float guard = block == kInvalidIndex ? 0.0F : guards[lane_of_place[place]];
+        REQUIRE(guard == expected);
+      }
+      if (sweep == 0) {
+        const auto corners = scratch.coarse.wide.corners(0);
+        REQUIRE(scratch.coarse.wide.compliance(0) == room.copy.compliance);
+        REQUIRE(corners.size() == room.gradients.size());
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+          REQUIRE(corners[i].place == room.lists.places[i]);
+          REQUIRE(corners[i].gradient.x == room.gradients[i].x);
+        }
+      }
+      std::vector<Index> list;
+      for (Index piece = 0; piece < data.free_pieces.count(); ++piece) {
+        const bool moves = !scratch.pushed.places(data.free_pieces, piece, list).empty();
+        REQUIRE((groups[piece] == piece) == moves);
+      }
+    }
+  }
+  CHECK(groups.size() == (is_free ? 1 : 0));
+}
+
+// Would catch pieces that stay apart though a wall has them both, or one that is anchored and goes
+// on alone.
+TEST_CASE("cuda fillings: walls join free pieces, and anchor them", "[unit]") {
+  const auto group = GENERATE(
+      table<std::vector<Index>, bool, std::vector<Index>>({{{1, 3}, false, {0, 1, 2, 1, 4}},
+                                                           {{1, 3}, true, {0, -1, 2, -1, 4}},
+                                                           {{}, true, {0, 1, 2, 3, 4}}}));
+  const auto& [pieces, is_anchored, expected] = group;
+  std::vector<Index> groups(5);
+  HeldVertices<true> vertices{};
+  vertices.groups = groups.data();
+  vertices.group_count = 5;
+  vertices.begin(TeamOfOne{});
+  FillingArrays filling{};
+  filling.pieces = pieces.data();
+  filling.piece_count = static_cast<Index>(pieces.size());
+  filling.is_anchored = is_anchored;
+  vertices.join(TeamOfOne{}, filling);
+  CHECK(groups == expected);
+  // another one, whose pieces go along with those of the first
+  const std::vector<Index> others{0, 3};
+  filling.pieces = others.data();
+  filling.piece_count = 2;
+  filling.is_anchored = false;
+  vertices.join(TeamOfOne{}, filling);
+  const bool is_one = pieces.size() == 2;
+  CHECK(groups[0] == (!is_one ? 0 : is_anchored ? -1 : 0));
+  CHECK(groups[1] == (!is_one ? 1 : groups[0]));
+  CHECK(groups[3] == groups[0]);
+  CHECK(groups[2] == 2);
 }
 
 // Would catch what is undefined where there is nothing to push: no wall, a lost vertex.
@@ -179,7 +343,8 @@ TEST_CASE("cuda fillings: a lost vertex or a wall that is gone leaves the rest i
     moving[static_cast<std::size_t>(room.lists.places[5])].x = NAN;
   }
   const std::vector<Particle> before = moving;
-  project_filling(TeamOfOne{}, room.arrays(), {data.particles.data(), moving.data()}, 1e6F, true);
+  project_filling(TeamOfOne{}, room.arrays(),
+                  FreeVertices{data.particles.data(), moving.data(), 1e-6F}, true);
   CHECK(same_bits(moving, before));
   CHECK(std::isfinite(room.result.amount));
   CHECK((room.result.amount > 0) == is_lost);
@@ -193,7 +358,7 @@ TEST_CASE("cuda fillings: a device that projects none refuses a lumen", "[unit]"
       std::make_shared<Lumen>(solver.tissue(), find_cavities(solver.tissue(), 0).at(0));
   CHECK_THROWS_AS(solver.add_constraints(lumen), BackendUnavailable);
   CHECK_THROWS_WITH(solver.add_constraints(lumen),
-                    ContainsSubstring("'lumen' needs a CPU, or projections in compliance mode"));
+                    ContainsSubstring("'lumen' needs a CPU, or compliance mode"));
 }
 
 }  // namespace pbdsurg::cuda

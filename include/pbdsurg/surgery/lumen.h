@@ -48,8 +48,8 @@ struct LumenState {
 /// the stiffest contents are stable in steps of any length. Pressure pushes the wall, and caps over
 /// holes, along their normals; those of a closed surface sum to zero.
 ///
-/// For a solver on a CPU, or on a device by projections in compliance mode, launch by launch: there
-/// a pressure that would take the wall where nothing is finite does nothing, and throws nothing.
+/// For a solver on a CPU, or on a device in compliance mode, launch by launch: there a pressure
+/// that would take the wall where nothing is finite does nothing, and throws nothing.
 ///
 /// At first there is as much as fills the lumen at ambient pressure. Flows are volumes at ambient
 /// pressure, too. Through an orifice of area A, dp below the pressure inside, flow

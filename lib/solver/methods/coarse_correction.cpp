@@ -260,9 +260,8 @@ void find_wide_row(const StepContext& step, CoarseRows& holds, Index wide) {
   for (Index m = 0; m < modes; ++m) {
     scratch.hold_modes[m * holds.rows() + row] = scratch.wide_modes[m];
   }
-  holds.wide_gives[wide] =
-      holds.wide_give(wide, scratch.wide.compliance(wide), modes, scratch.gives.data(),
-                      scratch.hold_modes.data());
+  holds.wide_gives[wide] = holds.wide_give(wide, scratch.wide.compliance(wide), modes,
+                                           scratch.gives.data(), scratch.hold_modes.data());
 }
 
 // Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
