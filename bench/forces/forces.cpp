@@ -34,6 +34,7 @@ constexpr float kStep = 2e-3F;  // s
 
 struct Arguments {
   std::filesystem::path out = "out/tables";
+  std::vector<std::string> executors{"serial", "threads:1", "best"};
   bool quick = false;
 };
 
@@ -329,7 +330,10 @@ Outcome time_steps(const SolverOptions& options, bool has_forces, bool quick) {
   return {quantile(with, kShare), quantile(without, kShare)};
 }
 
-void run(const Arguments& arguments) {
+void run(Arguments arguments) {
+  if (arguments.quick) {
+    arguments.executors = {"threads:1"};
+  }
   const std::vector<Case> cases{
       {"block pulled aside by 0.05 N at 30 vertices", "mm", pull_block},
       {"gravity turned by a quarter in motion", "mm", turn_block},
@@ -363,10 +367,7 @@ void run(const Arguments& arguments) {
       markdown_header("case", columns);
   for (const Case& each : cases) {
     for (const Method& method : kMethods) {
-      for (const char* const executor : {"serial", "threads:1", "best"}) {
-        if (arguments.quick && std::string(executor) != "threads:1") {
-          continue;
-        }
+      for (const std::string& executor : arguments.executors) {
         SolverOptions options = method.options;
         options.executor = programs::executor_named(executor);
         if (each.has_lumen && options.method == SolverMethod::explicit_steps) {
@@ -395,7 +396,10 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   CLI::App app("What forces and gravity from outside do to tissue, and cost.", "forces");
   pbdsurg::bench::Arguments arguments;
-  app.add_flag("--quick", arguments.quick, "one thread, a small block for times: to see it work");
+  auto* const executors = app.add_option("--executor", arguments.executors,
+                                         "such as threads:1 or cuda; may be several");
+  app.add_flag("--quick", arguments.quick, "one thread, a small block for times: to see it work")
+      ->excludes(executors);
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });
 }

@@ -86,7 +86,8 @@ RateLoop::RateLoop(int row, const Executor& executor, const Executor& heat)
     : scene_(make_scene(row)),
       solver_(scene_, solver_options(executor)),
       surface_(shared_surface(solver_.tissue(), 0)),
-      tool_(solver_.add_tool(ball(), ToolPose::Identity())),
+      // of vertices alone, as rest_under_ball() has it
+      tool_(solver_.add_tool(ball(), ToolPose::Identity(), {ContactFeatures::vertices})),
       cautery_(solver_.tissue(), std::array{ThermalBody{0, tissues::gallbladder_wall().heat}},
                cautery_options(heat)),
       probe_(solver_, std::array<Index, 1>{0}, std::array{ToolPoint{ball()[0].start, kRadius}}),

@@ -57,7 +57,9 @@ class Tools {
       hold(case_.pull->vertices);
     } else if (case_.ball) {
       const Capsule ball{{0, 0, 0}, {0, 0, 0}, static_cast<float>(case_.ball->radius)};
-      tools_.push_back(solver_.add_tool({&ball, 1}, pose_at(case_.ball->start)));
+      // of vertices alone, as rest_under_ball() has it
+      tools_.push_back(
+          solver_.add_tool({&ball, 1}, pose_at(case_.ball->start), {ContactFeatures::vertices}));
     } else if (case_.twist) {
       for (const Index v : case_.twist->vertices) {
         hold({&v, 1});

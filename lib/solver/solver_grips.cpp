@@ -111,26 +111,28 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
                             " has no surface, so its contacts are not known: see ToolSurface");
     }
   }
-  if (jaws[0] == jaws[1]) {
-    throw InvalidArgument("tool " + std::to_string(jaws[0].value) +
-                          " is both jaws; they must be two");
-  }
   data_->finish_running_step();
   const Eigen::Vector3f normal = state.pose.linear() * grip.pad.normal;
+  const bool is_one_tool = jaws[0] == jaws[1];
   std::vector<TissuePoint> points;
-  float pinch = std::numeric_limits<float>::infinity();  // N, of the jaw that presses less
-  for (const ToolId jaw : jaws) {
-    float force = 0;
-    for (const ToolContact& contact : tool_contacts(jaw, copy)) {
+  std::array<float, 2> forces{};  // N, on each jaw, across the pad
+  for (std::size_t jaw = 0; jaw < (is_one_tool ? 1 : 2); ++jaw) {
+    for (const ToolContact& contact : tool_contacts(jaws[jaw], copy)) {
       const TissuePoint point{contact.vertices, contact.weights};
-      const bool presses = contact.force.squaredNorm() > 0;
-      if (presses && is_on_pad(grip.pad, places_of(*data_, owner, state, {&point, 1}).front())) {
-        points.push_back(point);
-        force += contact.force.dot(normal);
+      const Eigen::Vector3f place = places_of(*data_, owner, state, {&point, 1}).front();
+      if (!(contact.force.squaredNorm() > 0) || !is_on_pad(grip.pad, place)) {
+        continue;
       }
+      const float force = contact.force.dot(normal);
+      const float height = grip.pad.normal.dot(place - grip.pad.center);
+      if (is_one_tool && !(force * height > 0)) {
+        continue;  // its back
+      }
+      points.push_back(point);
+      forces[is_one_tool && height < 0 ? 1 : jaw] += force;
     }
-    pinch = std::min(pinch, std::abs(force));
   }
+  const float pinch = std::min(std::abs(forces[0]), std::abs(forces[1]));
   const std::vector<Eigen::Vector3f> places = places_of(*data_, owner, state, points);
   if (!(pinch >= kLeastPinch) || !can_be_held(places)) {
     return 0;

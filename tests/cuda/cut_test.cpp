@@ -157,7 +157,7 @@ TEST_CASE("cuda cuts: tools at cut tissue have the serial bits", "[device]") {
   Pair pair(make_plate(0), options, strategy);
   const Capsule ball{{0.03F, 0.02F, 0.012F}, {0.03F, 0.02F, 0.012F}, 0.006F};
   pair.both([&](Solver& solver) {
-    solver.add_tool({&ball, 1}, ToolPose::Identity());
+    solver.add_tool({&ball, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
     solver.grasp(solver.add_tool({}, ToolPose::Identity()), std::array<Index, 2>{200, 230}, 1e-4F);
   });
   for (std::uint64_t round = 0; round < 40; ++round) {

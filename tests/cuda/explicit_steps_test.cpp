@@ -39,7 +39,7 @@ TEST_CASE("cuda explicit steps: strict has the serial bits, with tools and witho
   for (Solver* each : both) {
     each->write_velocities(v, 1);
     if (has_tools) {
-      each->add_tool({&ball, 1}, pose);
+      each->add_tool({&ball, 1}, pose, {ContactFeatures::vertices});
       each->grasp(each->add_tool({}, ToolPose::Identity()), std::array<Index, 2>{70, 71}, 1e-3F);
     }
   }
@@ -104,7 +104,7 @@ TEST_CASE("cuda explicit steps: strict has the serial bits in steps of several p
   for (Solver* each : both) {
     each->write_positions(testing::stretched(scene, 1.3F), 1);
     if (has_tools) {
-      each->add_tool({&ball, 1}, ToolPose::Identity());
+      each->add_tool({&ball, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
       each->grasp(each->add_tool({}, ToolPose::Identity()),
                   std::array<Index, 2>{scene.vertex_count() - 1, 30}, 1e-4F, 1);
     }

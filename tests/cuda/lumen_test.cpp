@@ -198,7 +198,7 @@ TEST_CASE("cuda lumen: free balls under tools have the serial bits, whole and ha
       rods[i] = solver.add_tool({&along, 1}, pose_at(29e-3F),
                                 {.features = ContactFeatures::all, .friction = 0.3F});
       const Capsule below{{0, 0, 0}, {0, 0, 0}, 3e-3F};
-      balls[i] = solver.add_tool({&below, 1}, pose_at(-30e-3F));
+      balls[i] = solver.add_tool({&below, 1}, pose_at(-30e-3F), {ContactFeatures::vertices});
     });
   }
   for (int i = 0; i < 8; ++i) {

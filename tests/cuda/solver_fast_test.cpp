@@ -122,7 +122,7 @@ TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, clos
   ToolPose pose = ToolPose::Identity();
   pose.translation() = Eigen::Vector3f(0, 0.022F, 0.01F);
   for (Solver* solver : {&strict, &fast, &again}) {
-    solver->add_tool({&capsule, 1}, pose);
+    solver->add_tool({&capsule, 1}, pose, {ContactFeatures::vertices});
     solver->add_tool({}, ToolPose::Identity());
     solver->grasp(ToolId{1}, std::array<Index, 2>{100, 101}, 1e-4F);
   }

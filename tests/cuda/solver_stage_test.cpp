@@ -146,13 +146,14 @@ void add_tools(Solver& solver) {
                             Capsule{{0, 0, 0}, {0, 0.004F, 0.002F}, 3e-3F}};
   ToolPose pose = ToolPose::Identity();
   pose.translation() = Eigen::Vector3f(0, 0.013F, 0.006F);
-  solver.add_tool(capsules, pose);
+  solver.add_tool(capsules, pose, {ContactFeatures::vertices});
   pose.translation() = Eigen::Vector3f(0.01F, 0.004F, 0.012F);
-  solver.add_tool(std::span(capsules).first(1), pose);
+  solver.add_tool(std::span(capsules).first(1), pose, {ContactFeatures::vertices});
   pose.linear() = Eigen::AngleAxisf(0.3F, Eigen::Vector3f::UnitX()).toRotationMatrix();
   solver.move_tool(ToolId{1}, pose);
   const ToolId holder = solver.add_tool({}, ToolPose::Identity());
-  const ToolId other = solver.add_tool(std::span(capsules).first(1), pose);
+  const ToolId other =
+      solver.add_tool(std::span(capsules).first(1), pose, {ContactFeatures::vertices});
   solver.grasp(holder, std::array<Index, 3>{99, 98, 97}, 1e-4F);
   solver.grasp(other, std::array<Index, 2>{98, 90}, 0);
   pose.translation() += Eigen::Vector3f(0, 1e-3F, 5e-4F);

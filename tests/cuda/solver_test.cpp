@@ -84,7 +84,8 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
   REQUIRE(device.plan().name == serial.plan().name);
 
   const ToolSurface surface =
-      GENERATE(ToolSurface{}, ToolSurface{ContactFeatures::all, 0.2F}, ToolSurface{{}, 0.2F});
+      GENERATE(ToolSurface{ContactFeatures::vertices}, ToolSurface{ContactFeatures::all, 0.2F},
+               ToolSurface{ContactFeatures::vertices, 0.2F});
   const EventfulProgram program(scene, 1, surface);
   program.begin(serial);
   program.begin(device);
@@ -246,7 +247,7 @@ TEST_CASE("cuda solver: the momentum of free pieces has the serial bits", "[devi
     solver->write_velocities(velocities);
     solver->write_velocities(velocities, 1);
     solver->add_tool(std::vector<Capsule>{{{0, 0, 0}, {0.03F, 0, 0}, 3e-3F}},
-                     ToolPose(Eigen::Translation3f(0, -0.1F, 0)));
+                     ToolPose(Eigen::Translation3f(0, -0.1F, 0)), {ContactFeatures::vertices});
   }
   for (int i = 0; i < 30; ++i) {
     for (Solver* solver : {&serial, &device}) {
@@ -367,7 +368,7 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
       }
       if (i == 9) {
         const Capsule capsule{{0, 0, 0}, {0.004F, 0, 0}, 3e-3F};
-        solver->add_tool({&capsule, 1}, pose);
+        solver->add_tool({&capsule, 1}, pose, {ContactFeatures::vertices});
         solver->grasp(ToolId{0}, std::array<Index, 4>{150, 151, 152, 153}, 1e-5F);
       }
       if (i == 12) {
@@ -458,7 +459,7 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
     solver->write_positions(stretched);
     ToolPose pose = ToolPose::Identity();
     pose.translation() = Eigen::Vector3f(0.03F, 0.03F, 0.055F);
-    solver->add_tool({&capsule, 1}, pose);
+    solver->add_tool({&capsule, 1}, pose, {ContactFeatures::vertices});
     solver->add_tool({}, ToolPose::Identity());
     solver->grasp(ToolId{1}, std::array<Index, 4>{500, 2000, 3500, 5001}, 1e-5F);
   }

@@ -158,7 +158,7 @@ void run_within_steps(const Variant& variant, const Executor& executor, Record& 
   Driver driver(scene, options_of(variant), executor);
   Solver& solver = driver.solver();
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
-  solver.add_tool({&capsule, 1}, ToolPose::Identity());
+  solver.add_tool({&capsule, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
   solver.watch(std::array<Index, 3>{5, 1, 40});
   for (Index round = 0; round < rounds; ++round) {
     const Surroundings held = some_surroundings(solver, static_cast<std::uint64_t>(round));
@@ -188,7 +188,7 @@ void run_block(const SolverOptions& options, const Executor& executor, Record& r
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kBlockEdge; });
   Driver driver(scene, options, executor);
   const Capsule capsule{{0.03F, 0, 0.01F}, {0.03F, 0.05F, 0.01F}, 4e-3F};
-  driver.solver().add_tool({&capsule, 1}, ToolPose::Identity());
+  driver.solver().add_tool({&capsule, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
   driver.step(kEventfulTimeStep);
   driver.look(record, 1);
   TopologyEdit hole;

@@ -168,7 +168,7 @@ TEST_CASE("backend: a compaction stays on its device and has the serial bits", "
     const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
     ToolPose pose = ToolPose::Identity();
     pose.translation() = Eigen::Vector3f(0, 0.016F, 0.006F);
-    solver->add_tool({&capsule, 1}, pose);
+    solver->add_tool({&capsule, 1}, pose, {ContactFeatures::vertices});
     solver->add_tool({}, ToolPose::Identity());
     solver->step(kTimeStep);
     solver->grasp(ToolId{1}, std::array{held}, 1e-4F, 1);
@@ -265,7 +265,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
   const Capsule capsule{{0, 0, 0}, {0.01F, 0, 0}, 4e-3F};
   const auto make = [&] {
     auto solver = std::make_unique<Solver>(scene, options);
-    solver->add_tool({&capsule, 1}, ToolPose::Identity());
+    solver->add_tool({&capsule, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
     solver->add_tool({}, ToolPose::Identity());
     solver->grasp(ToolId{1}, std::array<Index, 1>{63});
     solver->watch(std::array<Index, 1>{5});
@@ -319,7 +319,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
         solver.tissue().apply({.remove_tets = {0, 1}});
         break;
       case 13:
-        solver.add_tool({&capsule, 1}, away);
+        solver.add_tool({&capsule, 1}, away, {ContactFeatures::vertices});
         break;
       default:
         return solver.snapshot().positions[7];

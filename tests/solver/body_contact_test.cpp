@@ -598,6 +598,57 @@ TEST_CASE("body contact: a folded sheet carries a block", "[validation]") {
   CHECK(fastest(solver) < 0.05F);
 }
 
+// Would catch a static obstacle of triangles that tissue sinks into or passes, far from its
+// vertices as near them, or that bears another weight.
+TEST_CASE("body contact: a block falls into a groove of large triangles that stand fast",
+          "[validation]") {
+  const SolverMethod method = any_method();
+  const TimeIntegration integration = integration_of(method);
+  const float speed = GENERATE(0.0F, 1.0F);  // m/s, downwards, at first
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration), speed);
+  constexpr double kSide = 60e-3;           // m, of the groove
+  constexpr TissueContact kWall{1e-3F, 0};  // m
+  Scene scene;
+  scene.set_gravity({0, 0, -9.81F});
+  scene.add_body("block", moved(testing::make_box({5, 5, 2}, 4e-3), {-10e-3, -10e-3, 25e-3}),
+                 kSoft);
+  const std::vector<Eigen::Vector3d> corners{{-kSide, -kSide, kSide}, {-kSide, kSide, kSide},
+                                             {0, -kSide, 0},          {0, kSide, 0},
+                                             {kSide, -kSide, kSide},  {kSide, kSide, kSide}};
+  const std::vector<Triangle> triangles{{0, 2, 1}, {1, 2, 3}, {2, 4, 3}, {3, 4, 5}};
+  const BodyId groove = scene.add_sheet("groove", corners, triangles);
+  scene.fix_where(groove, [](const Eigen::Vector3d& /*x*/) { return true; });
+  Solver solver(scene, {.method = method, .damping = 2, .integration = integration});
+  solver.set_body_contact(0, 1, kWall);
+  std::vector<Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
+                                   Vector3f::Zero());
+  const std::vector<Index> block = solver.tissue().vertices_of(0);
+  for (const Index v : block) {
+    velocities[v].z() = -speed;
+  }
+  solver.write_velocities(velocities);
+  double mass = 0;
+  for (const Index v : block) {
+    mass += solver.tissue().masses()[v];
+  }
+  constexpr int kSteps = 400, kWeighed = 100;
+  float least_gap = kInfinity, weight = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    const std::vector<Vector3f> x = solver.positions();
+    for (const Index v : block) {
+      least_gap = std::min(least_gap, (x[v].z() - std::abs(x[v].x())) / std::sqrt(2.0F));
+    }
+    for (const BodyContact& contact : solver.body_contacts()) {
+      const float up = (contact.first == 0 ? 1.0F : -1.0F) * contact.force.z();
+      weight += i >= kSteps - kWeighed ? up / kWeighed : 0;
+    }
+  }
+  CHECK(least_gap > 0.5F * kWall.thickness);  // when it falls in
+  CHECK(fastest(solver) < 1e-2F);
+  CHECK(weight == Approx(9.81 * mass).epsilon(0.02));
+}
+
 // Would catch surfaces that cannot take a body that comes, and pairs of one that an undo took.
 TEST_CASE("body contact: bodies that come meet those that were there") {
   const SolverMethod method = any_method();

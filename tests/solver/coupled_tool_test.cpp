@@ -230,7 +230,7 @@ TEST_CASE("coupled tool: what cannot be is refused", "[errors]") {
   };
   Solver solver = block();
   const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), kAll);
-  const ToolId plain = solver.add_tool({&kBall, 1}, at(kTouch));
+  const ToolId plain = solver.add_tool({&kBall, 1}, at(kTouch), {ContactFeatures::vertices});
   CHECK_THROWS_WITH(solver.couple_tool(tool, {0}), ContainsSubstring("coupling is 0 N/m"));
   CHECK_THROWS_WITH(solver.couple_tool(tool, {NAN}), ContainsSubstring("coupling is nan N/m"));
   CHECK_THROWS_WITH(solver.couple_tool(plain, {300}), ContainsSubstring("tool 1 has no surface"));

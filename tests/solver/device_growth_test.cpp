@@ -157,7 +157,7 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
   pose.translation() = Eigen::Vector3f(0, 0.018F, 0.006F);
   const std::vector<Eigen::Vector3f> drift(scene.positions().size(), {0.02F, -0.01F, 0});
   twins.both([&](Solver& solver) {
-    solver.add_tool({&capsule, 1}, pose);
+    solver.add_tool({&capsule, 1}, pose, {ContactFeatures::vertices});
     solver.add_tool({}, ToolPose::Identity());
     solver.write_velocities(drift, 1);
   });

@@ -139,7 +139,7 @@ TEST_CASE("tool removal: all backends have the same bits after it", "[determinis
     const auto add_bar = [&](float x, const ToolSurface& surface) {
       return solver.add_tool({&bar, 1}, ToolPose(Eigen::Translation3f(x, 0, -2e-3F)), surface);
     };
-    const std::array<ToolId, 3> bars{add_bar(5e-3F, {}),
+    const std::array<ToolId, 3> bars{add_bar(5e-3F, {ContactFeatures::vertices}),
                                      add_bar(10e-3F, {ContactFeatures::vertices, 0.1F}),
                                      add_bar(15e-3F, {ContactFeatures::vertices, 0.2F})};
     const ToolId table = solver.add_half_space({{0, 0, -1e-3F}}, 0.2F);

@@ -57,12 +57,15 @@ TEST_CASE("vertex method: the force on a grasper is the weight it holds", "[vali
 TEST_CASE("vertex method: what lies in a cradle of capsules weighs on it", "[validation]") {
   Scene scene;
   scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0.011, 0}}, 1e-3);
-  Solver solver(scene, vertex_options(10, 1, 20));
+  Solver solver(scene, vertex_options(10, 2, 20));
+  const ToolSurface surface{GENERATE(ContactFeatures::vertices, ContactFeatures::all)};
   // two bars, from which the particle is pushed up and inwards; they share the weight
-  const ToolId left = solver.add_tool(
-      std::vector<Capsule>{{{-0.01F, 0, -0.1F}, {-0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
-  const ToolId right = solver.add_tool(
-      std::vector<Capsule>{{{0.01F, 0, -0.1F}, {0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
+  const ToolId left =
+      solver.add_tool(std::vector<Capsule>{{{-0.01F, 0, -0.1F}, {-0.01F, 0, 0.1F}, 0.0125F}},
+                      ToolPose::Identity(), surface);
+  const ToolId right =
+      solver.add_tool(std::vector<Capsule>{{{0.01F, 0, -0.1F}, {0.01F, 0, 0.1F}, 0.0125F}},
+                      ToolPose::Identity(), surface);
 
   const StepReport report = run(solver, 300);
 

@@ -34,8 +34,9 @@ class CopiesProgram {
 
   /// Before the first round, for all copies of a solver.
   void begin(Solver& solver) const {
-    solver.add_tool({&capsule_, 1}, pose(0, 0));
-    solver.add_tool({&capsule_, 1}, ToolPose::Identity());  // pushes, too, while it holds nothing
+    solver.add_tool({&capsule_, 1}, pose(0, 0), {ContactFeatures::vertices});
+    // pushes, too, while it holds nothing
+    solver.add_tool({&capsule_, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
 
@@ -67,7 +68,7 @@ class CopiesProgram {
     }
     solver.tissue().apply(edit);
     if (round == kThirdTool) {
-      solver.add_tool({&capsule_, 1}, pose(round, 3));
+      solver.add_tool({&capsule_, 1}, pose(round, 3), {ContactFeatures::vertices});
       solver.watch(std::array<Index, 2>{7, 30});
     }
   }

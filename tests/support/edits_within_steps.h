@@ -66,8 +66,8 @@ template <class CheckWaiting>
 void check_edits_within_steps(Solver& within, Solver& after, CheckWaiting check_waiting) {
   for (Solver* const solver : {&within, &after}) {
     const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
-    solver->add_tool({&capsule, 1}, ToolPose::Identity());
-    solver->add_tool({&capsule, 1}, ToolPose::Identity());
+    solver->add_tool({&capsule, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
+    solver->add_tool({&capsule, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
     solver->watch(std::array<Index, 3>{5, 1, 40});
   }
   for (Index round = 0; round < 60; ++round) {

@@ -67,7 +67,8 @@ inline void give_solid_fibres(Scene& scene) {
 class EventfulProgram {
  public:
   /// @param surface  of its tools
-  EventfulProgram(const Scene& scene, std::uint64_t seed, const ToolSurface& surface = {})
+  EventfulProgram(const Scene& scene, std::uint64_t seed,
+                  const ToolSurface& surface = {ContactFeatures::vertices})
       : seed_(seed), surface_(surface) {
     for (const Eigen::Vector3d& x : scene.positions()) {
       rest_.push_back(x.cast<float>());

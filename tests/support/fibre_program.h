@@ -65,7 +65,7 @@ class FibreProgram {
   static void begin(Solver& solver, const Scene& scene) {
     constexpr auto kRadius = static_cast<float>(kSoftEdge);
     const Capsule capsule{{0.012F, 0.014F, 0}, {0.02F, 0.014F, 0.006F}, kRadius};
-    solver.add_tool({&capsule, 1}, ToolPose::Identity());
+    solver.add_tool({&capsule, 1}, ToolPose::Identity(), {ContactFeatures::vertices});
     solver.grasp(solver.add_tool({}, ToolPose::Identity()), std::array<Index, 2>{40, 55}, 1e-3F);
     for (Index copy = 0; copy < solver.options().copies; ++copy) {
       solver.write_positions(stretched(scene, 1.1F + 0.05F * static_cast<float>(copy)), copy);

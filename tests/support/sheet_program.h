@@ -48,7 +48,7 @@ class SheetProgram {
   static void begin(Solver& solver) {
     constexpr auto kRadius = static_cast<float>(kSheetEdge);
     const Capsule capsule{{0.016F, 0, 0}, {0.034F, 0, 0}, kRadius};
-    solver.add_tool({&capsule, 1}, pose(0));
+    solver.add_tool({&capsule, 1}, pose(0), {ContactFeatures::vertices});
     solver.grasp(solver.add_tool({}, ToolPose::Identity()), std::array<Index, 2>{34, 58}, 1e-3F);
   }
 
