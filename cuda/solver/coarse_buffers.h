@@ -27,8 +27,8 @@ class CoarseBuffers {
   void follow(SolverData& data, std::size_t capacity, std::vector<WordChange>& words,
               cudaStream_t stream);
 
-  /// Makes room for so many constraints of many neighbours, before a step; of more than a
-  /// correction knows, for these.
+  /// Before a step: says how many constraints of many neighbours there are, and makes room for
+  /// them, or for kMostWides of them.
   void set_wides(Index count);
 
   /// Enqueues it. After an edit: of vertices that no block has any more nobody finds residuals.

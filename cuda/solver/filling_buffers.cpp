@@ -12,8 +12,8 @@ namespace pbdsurg::cuda {
 void FillingBuffers::take_over(const SolverData& data, cudaStream_t stream) {
   const auto& sets = data.custom.sets();
   copy_count_ = static_cast<std::size_t>(data.copy_count());
-  const std::uint64_t before = revision_;
   if (buffers_.size() != sets.size()) {
+    has_ties_ = false;
     buffers_.resize(sets.size());
     arrays_.resize(sets.size());
     ++revision_;
@@ -24,6 +24,7 @@ void FillingBuffers::take_over(const SolverData& data, cudaStream_t stream) {
     filling.check(*data.tissue);
     const std::uint64_t version = filling.surface().version;
     if (buffers.set != sets[i] || buffers.version != version) {
+      has_ties_ = false;
       buffers.set = sets[i];
       arrays_[i] = upload_surface(data, buffers, stream);
       arrays_[i].is_first = i == 0;
@@ -32,11 +33,11 @@ void FillingBuffers::take_over(const SolverData& data, cudaStream_t stream) {
     }
     upload_numbers(data, buffers, stream);
   }
-  if (moves_vertices(data.options) &&
-      (revision_ != before || pieces_revision_ != data.free_pieces.revision())) {
+  if (moves_vertices(data.options) && !sets.empty() &&
+      (!has_ties_ || pieces_revision_ != data.free_pieces.revision())) {
     upload_ties(data, stream);
     pieces_revision_ = data.free_pieces.revision();
-    ++revision_;
+    has_ties_ = true;
   }
 }
 
@@ -51,10 +52,12 @@ void FillingBuffers::upload_ties(const SolverData& data, cudaStream_t stream) {
   const std::vector<WallTies> ties = find_ties(walls, data.free_pieces, data.particles.size());
   for (std::size_t i = 0; i < buffers_.size(); ++i) {
     FillingArrays& arrays = arrays_[i];
+    const FillingArrays before = arrays;
     arrays.is_shared = buffers_[i].is_shared.upload(ties[i].is_shared, stream);
     arrays.pieces = buffers_[i].pieces.upload(ties[i].pieces, stream);
     arrays.piece_count = static_cast<Index>(ties[i].pieces.size());
     arrays.is_anchored = ties[i].is_anchored;
+    revision_ += arrays == before ? 0 : 1;
   }
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists end here
 }

@@ -67,6 +67,7 @@ class FillingBuffers {
   std::size_t copy_count_ = 0;
   std::uint64_t revision_ = 0;
   std::uint64_t pieces_revision_ = 0;  // of the free pieces that ties are of
+  bool has_ties_ = false;              // of all surfaces as they are
 };
 
 }  // namespace pbdsurg::cuda

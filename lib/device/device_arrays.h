@@ -68,7 +68,7 @@ struct VertexArrays {
   /// [copy][block_room][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.
   Index* holds;
-  /// [copy][block_room][lane] N/m, see GuardBlock; null where nothing fills a surface.
+  /// [copy][block_room][lane] N/m, see GuardBlock; null where no surface may be filled.
   float* guards;
   /// [place] block * kBlockLanes + lane, or kInvalidIndex where no block has it.
   const Index* lane_of_place;
@@ -122,7 +122,7 @@ struct CoarseArrays {
   Index* hold_counts = nullptr;        ///< [copy][node]
   AffineNumbers* wide_sums = nullptr;  ///< [copy][wide][node] as CoarseScratch has them of one
   float* wide_compliances = nullptr;   ///< [copy][wide] m^3/Pa
-  Index wide_count = 0;                ///< surfaces that something fills, see WideConstraints
+  Index wide_count = 0;  ///< of WideConstraints: filled surfaces with a wall, kMostWides at most
   Index node_count = 0, piece_count = 0, mode_count = 0;
   Index vertex_room = 0, member_room = 0, part_room = 0;
 

@@ -110,7 +110,9 @@ struct FreeVertices {
       team.store(moving + place, after, p.w);
     }
   }
-  PBDSURG_DEVICE void guard(Index /*place*/, bool /*is_shared*/, float /*stiffness*/) const {}
+  template <class Team>
+  PBDSURG_DEVICE void guard(const Team& /*team*/, const FillingArrays& /*filling*/,
+                            float /*give*/) const {}
   template <class Team>
   PBDSURG_DEVICE void begin(const Team& /*team*/) const {}
   template <class Team>
@@ -167,10 +169,19 @@ struct HeldVertices : FreeVertices {
       team.store(points + place, moved_point(team.load(points + place), before, after));
     }
   }
-  PBDSURG_DEVICE void guard(Index place, bool is_shared, float stiffness) const {
-    if (const Index lane = lane_of_place[place]; lane != kInvalidIndex) {
-      guards[lane] = (is_shared ? guards[lane] : 0.0F) + stiffness;
-    }
+  /// Holds the vertices of a wall back by as much stiffness as its contents have, in addition to
+  /// what earlier surfaces do.
+  /// @param give  m^3/Pa, of wall and contents; infinite where these push nothing
+  template <class Team>
+  PBDSURG_DEVICE void guard(const Team& team, const FillingArrays& filling, float give) const {
+    team.for_each(filling.vertex_count, [&](Index i) {
+      const Index lane = lane_of_place[filling.places[i]];
+      if (lane != kInvalidIndex) {
+        const Vec3<float> gradient = filling.gradients[i];
+        const float before = filling.is_shared[i] != 0 ? team.load(guards + lane) : 0.0F;
+        guards[lane] = before + (give < kInfinity ? dot(gradient, gradient) / give : 0.0F);
+      }
+    });
   }
 
   /// Each free piece is by itself.
@@ -191,7 +202,9 @@ struct HeldVertices : FreeVertices {
       const Index before = team.load(groups + filling.pieces[i]);
       team.meet();  // before it is another
       team.for_each(before == group ? 0 : group_count, [&](Index piece) {
-        groups[piece] = groups[piece] == before ? group : groups[piece];
+        if (team.load(groups + piece) == before) {
+          groups[piece] = group;
+        }
       });
     }
   }
@@ -286,11 +299,7 @@ PBDSURG_DEVICE void push_wall(const Team& team, const FillingArrays& filling,
   const float change = multiplier - before;
   own.substep.multiplier = own.substep.pressure = multiplier;
   own.compliance = compliance;
-  team.for_each(filling.vertex_count, [&](Index i) {
-    const Vec3<float> gradient = filling.gradients[i];
-    vertices.guard(filling.places[i], filling.is_shared[i] != 0,
-                   yields && multiplier != 0 ? dot(gradient, gradient) / give : 0.0F);
-  });
+  vertices.guard(team, filling, yields && multiplier != 0 ? give : kInfinity);
   team.for_each(change == 0 ? 0 : filling.vertex_count, [&](Index i) {
     const Vec3<float> force = change * filling.gradients[i];
     const Index place = filling.places[i];

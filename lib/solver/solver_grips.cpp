@@ -111,9 +111,13 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
                             " has no surface, so its contacts are not known: see ToolSurface");
     }
   }
+  const bool is_one_tool = jaws[0] == jaws[1];
+  if (is_one_tool && checked_tool(owner, jaws[0]).joints.empty()) {
+    throw InvalidArgument("tool " + std::to_string(jaws[0].value) +
+                          " is both jaws, and has no joint that closes them");
+  }
   data_->finish_running_step();
   const Eigen::Vector3f normal = state.pose.linear() * grip.pad.normal;
-  const bool is_one_tool = jaws[0] == jaws[1];
   std::vector<TissuePoint> points;
   std::array<float, 2> forces{};  // N, on each jaw, across the pad
   for (std::size_t jaw = 0; jaw < (is_one_tool ? 1 : 2); ++jaw) {

@@ -462,8 +462,7 @@ TEST_CASE("grip: jaws close around what they squeeze") {
   CHECK(solver.tool_force(upper).z() > 0);
 }
 
-// Would catch jaws of one tool that count what presses on their backs, take both for one side, or
-// go on pushing what they hold.
+// Would catch jaws of one tool that are taken for one side, or go on pushing what they hold.
 TEST_CASE("grip: jaws on joints of one tool close around what they squeeze") {
   const SolverMethod method = any_method();
   const HeldSlab slab;
@@ -559,6 +558,9 @@ TEST_CASE("grip: what cannot be held is refused") {
   check_refused([&] { solver.set_clamp_force(tool, 1); }, "has no grip");
   const ToolId smooth = solver.add_tool({}, HeldSlab::pose());
   check_refused([&] { solver.close_jaws(tool, {smooth, smooth}, good); }, "has no surface");
+  const Capsule bar{{0, 0, 0}, {0, 0, 0}, 1e-3F};
+  const ToolId jaw = solver.add_tool({&bar, 1}, HeldSlab::pose(), {ContactFeatures::all, 0});
+  check_refused([&] { solver.close_jaws(tool, {jaw, jaw}, good); }, "is both jaws");
   solver.grasp(tool, slab.points(), good);
   check_refused([&] { solver.grasp(tool, slab.points(), good); }, "holds something already");
   check_refused([&] { solver.grasp(tool, std::array<Index, 1>{0}); }, "holds something already");

@@ -415,11 +415,12 @@ class PBDSURG_API Solver {
   /// Likewise what two jaws pressed in the last step, where it is on the pad: all their contacts
   /// become points of one grip. From then on they push nothing, until the tool lets go.
   /// @param jaws  tools with a ToolSurface, one on each side of the pad; the tool may be one. Twice
-  ///              the same: it has both, as with a ToolJoint each, and what of it presses towards
-  ///              the pad is one or the other by its side
+  ///              the same: it has both, on joints, and what of it presses towards the pad's center
+  ///              is one or the other by its side
   /// @return      how many points there are: 0, and nothing is grasped, if a jaw presses with less
   ///              than kLeastPinch across the pad, or no three points are off a line
-  /// @throws InvalidArgument     as above, and naming the jaw without a surface
+  /// @throws InvalidArgument     as above, and naming the jaw without a surface, or that is both
+  ///                             without a joint
   /// @throws BackendUnavailable  on a device
   std::size_t close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip, Index copy = 0);
 

@@ -87,7 +87,7 @@ enum class DeviceStrategy : std::uint8_t {
   /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
   /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without stiff
-  /// links. An edit that brings one goes on as graph. Of explicit steps all substeps of a step,
+  /// links or a lumen. What brings one goes on as graph. Of explicit steps all substeps of a step,
   /// while no tool pushes or holds anything.
   cooperative,
 };

@@ -161,7 +161,8 @@ CoarseRows gather_coarse_holds(const StepContext& step) {
     scratch.held.push_back(each.place);
   }
   for (const Index place : step.data.custom.places()) {
-    if (is_pushed(step, place)) {
+    const bool moves = step.data.vertex_blocks.place_of(place).block != kInvalidIndex;
+    if (moves && is_pushed(step, place)) {
       scratch.held.push_back(place);
     }
   }
