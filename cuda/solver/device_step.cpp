@@ -147,7 +147,8 @@ class Enqueuer {
  private:
   void settle_holds(Index substep) {
     const SweepArrays& arrays = step_.arrays;
-    if (!arrays.has_tools() || !(arrays.has_stiff_links || !arrays.fillings.empty())) {
+    const bool is_pulled_last = arrays.has_stiff_links || !arrays.fillings.empty();
+    if (!arrays.has_tools() || !is_pulled_last) {
       return;
     }
     for (const Stage& stage : arrays.stages) {

@@ -42,13 +42,10 @@ void FillingBuffers::take_over(const SolverData& data, cudaStream_t stream) {
 }
 
 void FillingBuffers::upload_ties(const SolverData& data, cudaStream_t stream) {
-  const std::vector<std::span<const Index>> walls = [&] {
-    std::vector<std::span<const Index>> all;
-    for (const Buffers& buffers : buffers_) {
-      all.emplace_back(buffers.wall);
-    }
-    return all;
-  }();
+  std::vector<std::span<const Index>> walls;
+  for (const Buffers& buffers : buffers_) {
+    walls.emplace_back(buffers.wall);
+  }
   const std::vector<WallTies> ties = find_ties(walls, data.free_pieces, data.particles.size());
   for (std::size_t i = 0; i < buffers_.size(); ++i) {
     FillingArrays& arrays = arrays_[i];

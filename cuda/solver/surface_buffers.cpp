@@ -77,12 +77,8 @@ void SurfaceBuffers::upload_triangles(const TissueSurface& surface, cudaStream_t
 }
 
 void SurfaceBuffers::upload_pieces(const PieceLists& pieces, cudaStream_t stream) {
-  std::vector<Index> piece_of(static_cast<std::size_t>(room_.vertices), kInvalidIndex);
-  for (Index piece = 0; piece < pieces.count(); ++piece) {
-    for (const Index place : pieces.places(piece)) {
-      piece_of[place] = piece;
-    }
-  }
+  std::vector<Index> piece_of(static_cast<std::size_t>(room_.vertices));
+  pieces.find_pieces(piece_of);
   arrays_.piece_of_place = pieces_.upload(piece_of, stream);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
 }

@@ -76,9 +76,9 @@ class FreePieceBuffers {
   }
 
  private:
-  DeviceBuffer<Index> firsts_, places_, groups_;
   void upload(const PieceLists& pieces, cudaStream_t stream);
 
+  DeviceBuffer<Index> firsts_, places_, groups_;
   std::uint64_t revision_ = 0;  // without pieces
   FreePieceArrays arrays_{};
 };

@@ -32,12 +32,8 @@ FillingLists::FillingLists(const Filling::Surface& surface, std::span<const Inde
 
 std::vector<WallTies> find_ties(std::span<const std::span<const Index>> walls,
                                 const PieceLists& pieces, std::size_t place_count) {
-  std::vector<Index> piece_of(place_count, kInvalidIndex);
-  for (Index piece = 0; piece < pieces.count(); ++piece) {
-    for (const Index place : pieces.places(piece)) {
-      piece_of[place] = piece;
-    }
-  }
+  std::vector<Index> piece_of(place_count);
+  pieces.find_pieces(piece_of);
   std::vector<bool> is_of_earlier(place_count, false);
   std::vector<WallTies> ties;
   for (const std::span<const Index> wall : walls) {

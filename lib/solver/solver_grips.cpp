@@ -132,8 +132,9 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
       if (is_one_tool && !(force * height > 0)) {
         continue;  // its back
       }
+      const std::size_t side = is_one_tool && height < 0 ? 1 : jaw;
       points.push_back(point);
-      forces[is_one_tool && height < 0 ? 1 : jaw] += force;
+      forces[side] += force;
     }
   }
   const float pinch = std::min(std::abs(forces[0]), std::abs(forces[1]));

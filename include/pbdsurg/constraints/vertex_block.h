@@ -12,7 +12,7 @@
 ///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
 ///                               + sum w/2 |x_j - x|^2      those of thin sheets (SheetHinge)
 ///                               + sum m 6 V
-///                              + sum 1/2 turn^2          friction of hinges, in a substep
+///                               + sum 1/2 turn^2          friction of hinges, in a substep
 ///                               + sum w/2 |x_j - x|^2      triangles of sheets, likewise
 ///                               + sum a/2 (A - target)^2
 ///                               + sum s/2 max(0, |F a| - 1)^2   fibres (constraints/fibre.h)

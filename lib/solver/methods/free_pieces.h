@@ -4,6 +4,7 @@
 /// @file
 /// Tissue that nothing holds, whose momentum sweeps of vertex blocks must keep: see momentum.h.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -28,6 +29,17 @@ class PieceLists {
   /// Places of a piece's vertices, ascending; pieces go in the order of their first ones.
   [[nodiscard]] std::span<const Index> places(Index piece) const noexcept {
     return {places_.data() + firsts_[piece], places_.data() + firsts_[piece + 1]};
+  }
+
+  /// The piece at each place, or kInvalidIndex.
+  /// @param piece_of  [place] out
+  void find_pieces(std::span<Index> piece_of) const {
+    std::ranges::fill(piece_of, kInvalidIndex);
+    for (Index piece = 0; piece < count(); ++piece) {
+      for (const Index place : places(piece)) {
+        piece_of[place] = piece;
+      }
+    }
   }
 
   /// All of them, for those who keep a copy: piece i has [firsts[i], firsts[i + 1]).

@@ -9,12 +9,8 @@
 namespace pbdsurg {
 
 void PushedPieces::fit(const PieceLists& pieces, std::size_t place_count) {
-  piece_of_.assign(place_count, kInvalidIndex);
-  for (Index piece = 0; piece < pieces.count(); ++piece) {
-    for (const Index place : pieces.places(piece)) {
-      piece_of_[place] = piece;
-    }
-  }
+  piece_of_.resize(place_count);
+  pieces.find_pieces(piece_of_);
   groups_.resize(static_cast<std::size_t>(pieces.count()));
   is_anchored_.resize(groups_.size());
 }
