@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <utility>
 #include <vector>
 
 namespace pbdsurg::cuda {
 
 void SurfaceBuffers::take_over(const SolverData& data, const Room& room, cudaStream_t stream) {
-  if (seen_surface_ != data.surface.revision()) {
-    upload_triangles(data.surface, stream);
+  if (seen_surface_ != data.surface.revision() || room.vertices != room_.vertices) {
+    upload_triangles(data.surface, room.vertices, stream);
     seen_surface_ = data.surface.revision();
   }
   if (room != room_ || room_.meeters == 0) {
@@ -63,7 +64,8 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
 }
 
 // In the order in which a host goes through them.
-void SurfaceBuffers::upload_triangles(const TissueSurface& surface, cudaStream_t stream) {
+void SurfaceBuffers::upload_triangles(const TissueSurface& surface, Index vertex_room,
+                                      cudaStream_t stream) {
   std::vector<std::array<Index, 3>> all;
   all.reserve(std::bit_ceil(static_cast<std::size_t>(surface.triangle_count())));
   surface.for_each_triangle([&](const auto& triangle) { all.push_back(triangle); });
@@ -73,7 +75,17 @@ void SurfaceBuffers::upload_triangles(const TissueSurface& surface, cudaStream_t
   arrays_.triangles =
       triangles_.upload({all.empty() ? nullptr : all.front().data(), 3 * all.size()}, stream);
   arrays_.triangle_count = static_cast<Index>(all.size());
-  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list ends here
+  std::vector<Index> first(all.empty() ? 0 : static_cast<std::size_t>(vertex_room), kInvalidIndex);
+  std::vector<Index> next(3 * all.size(), kInvalidIndex);
+  for (auto corner = static_cast<Index>(next.size()) - 1; corner >= 0; --corner) {
+    const Index place = all[corner / 3][corner % 3];
+    if (place != kInvalidIndex) {
+      next[corner] = std::exchange(first[place], corner);
+    }
+  }
+  arrays_.first_corners = first_corners_.upload(first, stream);
+  arrays_.next_corners = next_corners_.upload(next, stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists end here
 }
 
 void SurfaceBuffers::upload_pieces(const PieceLists& pieces, cudaStream_t stream) {
@@ -102,11 +114,11 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
 }
 
 std::size_t SurfaceBuffers::memory_bytes() const noexcept {
-  return triangles_.memory_bytes() + pieces_.memory_bytes() + near_.memory_bytes() +
-         found_.memory_bytes() + contacts_.memory_bytes() + candidates_.memory_bytes() +
-         ends_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
-         next_holds_.memory_bytes() + rigid_.memory_bytes() + remembered_.memory_bytes() +
-         remembered_ends_.memory_bytes();
+  return triangles_.memory_bytes() + first_corners_.memory_bytes() + next_corners_.memory_bytes() +
+         pieces_.memory_bytes() + near_.memory_bytes() + found_.memory_bytes() +
+         contacts_.memory_bytes() + candidates_.memory_bytes() + ends_.memory_bytes() +
+         level_counts_.memory_bytes() + first_holds_.memory_bytes() + next_holds_.memory_bytes() +
+         rigid_.memory_bytes() + remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

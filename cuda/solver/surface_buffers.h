@@ -36,13 +36,13 @@ class SurfaceBuffers {
 
  private:
   void make_room(const SolverData& data, const Room& room, cudaStream_t stream);
-  void upload_triangles(const TissueSurface& surface, cudaStream_t stream);
+  void upload_triangles(const TissueSurface& surface, Index vertex_room, cudaStream_t stream);
   void upload_pieces(const PieceLists& pieces, cudaStream_t stream);
 
   Room room_{};
   std::optional<std::uint64_t> seen_surface_, seen_pieces_;  // revisions
 
-  DeviceBuffer<Index> triangles_, pieces_;
+  DeviceBuffer<Index> triangles_, first_corners_, next_corners_, pieces_;
   DeviceBuffer<std::uint32_t> near_;
   DeviceBuffer<DeviceContact> found_, contacts_;
   DeviceBuffer<Index> candidates_, ends_, level_counts_, first_holds_, next_holds_;

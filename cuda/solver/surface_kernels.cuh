@@ -25,6 +25,20 @@ struct Candidate {
   Index half_space = kInvalidIndex;  ///< that meets it, else capsules do
 };
 
+/// A vertex through the substep.
+struct CornerMotion {
+  Vec3<float> start, end;  ///< m
+  bool is_fixed;
+};
+
+__device__ inline CornerMotion load_motion(const DeviceState& state, Index place) {
+  const Particle p = load_particle(moving_of(state) + place);
+  const Vec3<float> base = base_of(state, place);
+  return {
+      state.displacements == nullptr ? position_of(load_particle(state.previous + place)) : base,
+      base + position_of(p), !(p.w > 0)};
+}
+
 /// @return  whether there is a candidate of that number, and it can move
 __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArrays& surfaces,
                                       const MeeterInput& meeter, Index index, Index vertex_count,
@@ -67,16 +81,27 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
   }
   bool moves = false;
   for (int k = 0; k < corners.count; ++k) {
-    const Index place = corners.places[k];
-    const Particle p = load_particle(moving_of(state) + place);
-    const Vec3<float> base = base_of(state, place);
-    corners.start[k] =
-        state.displacements == nullptr ? position_of(load_particle(state.previous + place)) : base;
-    corners.end[k] = base + position_of(p);
-    corners.is_fixed[k] = !(p.w > 0);
-    moves |= p.w > 0;
+    const CornerMotion motion = load_motion(state, corners.places[k]);
+    corners.start[k] = motion.start;
+    corners.end[k] = motion.end;
+    corners.is_fixed[k] = motion.is_fixed;
+    moves |= !motion.is_fixed;
   }
   return moves;
+}
+
+/// Of a feature at a share of the substep.
+__device__ inline Outward outward_at(const DeviceState& state, const SurfaceArrays& surfaces,
+                                     const ContactFeature& feature, float share) {
+  Outward outward(feature);
+  for (Index corner = __ldg(surfaces.first_corners + feature.places[0]); corner != kInvalidIndex;
+       corner = __ldg(surfaces.next_corners + corner)) {
+    outward.add(surfaces.triangles + corner - corner % 3, [&](Index place) {
+      const CornerMotion motion = load_motion(state, place);
+      return at_share(motion.start, motion.end, share);
+    });
+  }
+  return outward;
 }
 
 __device__ inline int compare(const ContactFeature& a, const ContactFeature& b) {
@@ -132,7 +157,8 @@ struct Meeters {
     return find_remembered(remembered + first, count, feature);
   }
 
-  [[nodiscard]] __device__ MetFeature meet(Index meeter, const Candidate& candidate,
+  [[nodiscard]] __device__ MetFeature meet(const DeviceState& state, const SurfaceArrays& surfaces,
+                                           Index meeter, const Candidate& candidate,
                                            const RememberedContact*& known) const {
     const MeeterInput& tool = meeters[meeter];
     const FeatureCorners& corners = candidate.corners;
@@ -145,8 +171,12 @@ struct Meeters {
       }
     } else if (box_of(corners).meets(tool.box)) {
       known = find(meeter, feature_of(corners));
+      const auto outward = [&](float share) {
+        return tool.meets_triangles ? outward_at(state, surfaces, feature_of(corners), share)
+                                    : Outward(feature_of(corners));
+      };
       for (Index c = tool.first_capsule; c < tool.first_capsule + tool.capsule_count; ++c) {
-        meet_capsule(corners, swept[c], known != nullptr ? &known->normal : nullptr, met);
+        meet_capsule(corners, swept[c], known != nullptr ? &known->normal : nullptr, outward, met);
       }
     }
     return met;
@@ -168,7 +198,7 @@ __global__ void __launch_bounds__(kToolThreads)
     const RememberedContact* known = nullptr;
     const bool is_met =
         load_candidate(state, surfaces, meeters.meeters[m], index, vertices, candidate) &&
-        meeters.meet(m, candidate, known).gap < kInfinity;
+        meeters.meet(state, surfaces, m, candidate, known).gap < kInfinity;
     const std::uint32_t bits = __ballot_sync(~0U, is_met);
     if (threadIdx.x % kWarp == 0 && index / kWarp < surfaces.word_room) {
       surfaces.near[of_pusher(m, surfaces.word_room) + static_cast<std::size_t>(index / kWarp)] =
@@ -343,7 +373,7 @@ __global__ void __launch_bounds__(kListThreads)
       Candidate candidate;
       load_candidate(state, surfaces, meeters.meeters[m], candidates[i], vertices, candidate);
       const RememberedContact* known = nullptr;
-      const MetFeature met = meeters.meet(m, candidate, known);
+      const MetFeature met = meeters.meet(state, surfaces, m, candidate, known);
       const auto start_of = [&](Index place) {
         if (state.displacements == nullptr) {
           return position_of(load_particle(state.previous + place));

@@ -267,6 +267,9 @@ struct DeviceContact {
 /// A hold is a corner of a contact, 3 * contact + corner.
 struct SurfaceArrays {
   const Index* triangles = nullptr;  ///< [triangle][3] places; kInvalidIndex where there is none
+  /// [capacity] the first corner at a place, 3 * triangle + corner, or kInvalidIndex
+  const Index* first_corners = nullptr;
+  const Index* next_corners = nullptr;  ///< [corner] the next one there, in the order of triangles
   const Index* piece_of_place = nullptr;  ///< [capacity] free pieces, or kInvalidIndex; may be null
   // of the current substep
   std::uint32_t* near = nullptr;      ///< [copy][meeter][word_room] a bit a candidate

@@ -40,12 +40,13 @@ TEST_CASE("feature meeting: what a tool's axis runs through has no side of its o
   const float offset = GENERATE(-1e-3F, 1e-5F, 0.7e-3F);  // m, along the rod
   const FeatureCorners triangle = make_triangle({1, 0, lean});
   const SweptCapsule rod = make_rod({0, 0, offset - 1}, {0, 0, offset + 1});
+  const auto unknown = [&](float) { return Outward(feature_of(triangle)); };
   MetFeature met;
-  meet_capsule(triangle, rod, nullptr, met);
+  meet_capsule(triangle, rod, nullptr, unknown, met);
   CHECK(!(met.gap < kInfinity));
 
   const Vector side{-1, 0, 0};
-  meet_capsule(triangle, rod, &side, met);
+  meet_capsule(triangle, rod, &side, unknown, met);
   CHECK(met.gap == Approx(-kRadius).epsilon(1e-2));
   CHECK(dot(met.normal, side) == Approx(1));
 }
@@ -61,7 +62,9 @@ TEST_CASE("feature meeting: what was before a tip goes back there", "[unit]") {
   vertex.end[0] = {beside * kRadius, 0, 3 * kRadius};
   const Vector side{0, 0, -1};
   MetFeature met;
-  meet_capsule(vertex, make_rod({0, 0, 0}, {0, 0, 1}), was_met ? &side : nullptr, met);
+  meet_capsule(
+      vertex, make_rod({0, 0, 0}, {0, 0, 1}), was_met ? &side : nullptr,
+      [&](float) { return Outward(feature_of(vertex)); }, met);
   CHECK(met.gap == Approx(-4 * kRadius));
   CHECK(met.normal.z == Approx(-1));
 }
@@ -71,9 +74,41 @@ TEST_CASE("feature meeting: a tip above a triangle pushes it down", "[unit]") {
   const float height = GENERATE(0.02F, 0.5F, 1.2F);  // of the radius
   const FeatureCorners triangle = make_triangle({0, 0, 1});
   const SweptCapsule rod = make_rod({0, 0, height * kRadius}, {0, 0, 1});
+  const auto unknown = [&](float) { return Outward(feature_of(triangle)); };
   MetFeature met;
-  meet_capsule(triangle, rod, nullptr, met);
+  meet_capsule(triangle, rod, nullptr, unknown, met);
   CHECK(met.gap == Approx((height - 1) * kRadius).margin(1e-8));
+  CHECK(met.normal.z == Approx(-1));
+}
+
+// Would catch tools that heat has let into tissue, and that blow it up from within.
+TEST_CASE("feature meeting: from within its tissue a surface is met only by who knows it",
+          "[unit]") {
+  const bool is_swept = GENERATE(false, true);
+  const FeatureCorners triangle = make_triangle({0, 0, -1});
+  const PlacedCapsule far{{0, 0, 4 * kRadius}, kRadius, {0, 0, 1}};
+  const PlacedCapsule near{{0, 0, 0.5F * kRadius}, kRadius, {0, 0, 1}};
+  const SweptCapsule tip{is_swept ? far : near, near};
+  const auto outward_of = [&](float way) {
+    return [&triangle, way](float share) {
+      CHECK((share >= 0 && share <= 1));
+      Outward outward(feature_of(triangle));
+      const Index places[3] = {0, way > 0 ? 1 : 2, way > 0 ? 2 : 1};
+      outward.add(places, [&](Index place) { return triangle.end[place]; });
+      return outward;
+    };
+  };
+  const Vector side{0, 0, -1};
+  MetFeature met;
+  meet_capsule(triangle, tip, nullptr, outward_of(1), met);
+  CHECK(!(met.gap < kInfinity));
+  SECTION("one that has met it before") {
+    meet_capsule(triangle, tip, &side, outward_of(1), met);
+  }
+  SECTION("one outside") {
+    meet_capsule(triangle, tip, nullptr, outward_of(-1), met);
+  }
+  CHECK(met.gap == Approx(-0.5F * kRadius));
   CHECK(met.normal.z == Approx(-1));
 }
 

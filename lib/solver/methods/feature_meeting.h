@@ -13,6 +13,7 @@
 
 #include "lib/base/segment.h"
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/outward.h"
 #include "lib/solver/state/surface_contact.h"
 
 namespace pbdsurg {
@@ -52,6 +53,12 @@ struct MetFeature {
 
 PBDSURG_HOST_DEVICE inline ContactFeature feature_of(const FeatureCorners& corners) {
   return {{corners.places[0], corners.places[1], corners.places[2]}};
+}
+
+/// Where a corner is at a share of the substep.
+PBDSURG_HOST_DEVICE inline Vec3<float> at_share(const Vec3<float>& start, const Vec3<float>& end,
+                                                float share) {
+  return share < 1 ? start + share * (end - start) : end;
 }
 
 /// What holds all corners of a feature through the substep.
@@ -163,7 +170,7 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
                                            const SweptCapsule& capsule) {
   Vector x[3];
   for (int k = 0; k < corners.count; ++k) {
-    x[k] = share < 1 ? between(corners.start[k], corners.end[k], share) : corners.end[k];
+    x[k] = at_share(corners.start[k], corners.end[k], share);
   }
   const auto& [before, now] = capsule;
   return share < 1 ? meet(corners.count, x, between(before.start, now.start, share),
@@ -176,12 +183,15 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
 /// Considers one capsule of a tool, and keeps the plane with the least gap. A feature is met where
 /// it is within a quarter of the capsule's radius where the substep ends, on the side where it was;
 /// else where it was near on its way, as it has gone through, perhaps up the shaft. One with a
-/// fixed corner inside is not met, for no push gets it out.
-/// @param side  the normal that it had in the substep before, where the tool keeps it on the same
-///              side; null if there was none
+/// fixed corner inside is not met, for no push gets it out; nor is one that is met first from
+/// within its tissue, which a tool that heat has let in would blow up.
+/// @param known    the normal that it had in the substep before, where the tool keeps it on the
+///                 same side; null if there was none
+/// @param outward  (share of the substep) -> Outward, of the feature then
+template <class OutwardAt>
 PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
                                              const SweptCapsule& capsule, const Vec3<float>* known,
-                                             MetFeature& deepest) {
+                                             const OutwardAt& outward, MetFeature& deepest) {
   using namespace feature_meeting;
   using std::ceil;
   const auto& [before, now] = capsule;
@@ -214,6 +224,9 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
     const float share = static_cast<float>(look) / static_cast<float>(looks);
     const Meeting early = meet_at(corners, share, capsule);
     if (early.distance < reach && (has_side || early.distance > on_axis)) {
+      if (!has_side && outward(share).is_along(early.away)) {
+        return;
+      }
       side = has_side ? side : (1 / early.distance) * early.away;
       has_side = true;
       is_hit = true;
@@ -221,7 +234,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
       hit = is_early ? early : end;
     }
   }
-  if (!is_hit && !(end.distance < reach)) {
+  if (!is_hit && (!(end.distance < reach) || (!has_side && outward(1.0F).is_along(end.away)))) {
     return;
   }
   const Vector centre = between(now.start, now.end, hit.share);

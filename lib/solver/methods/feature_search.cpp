@@ -31,6 +31,7 @@ class FeatureSearch {
 
   void run() {
     tool_.surface_contacts.clear();
+    list_triangles();
     const auto count = static_cast<Index>(step_.copy.particles.size());
     if (near_ != nullptr) {
       std::ranges::for_each(near_->vertices, [&](Index place) { consider(std::array{place}); });
@@ -44,12 +45,8 @@ class FeatureSearch {
         consider(place, swept);
       }
     }
-    if (near_ != nullptr) {
-      std::ranges::for_each(near_->triangles,
-                            [&](const auto& triangle) { consider_all(triangle); });
-    } else if (tool_.meets_triangles()) {
-      step_.data.surface.for_each_triangle([&](const auto& triangle) { consider_all(triangle); });
-    }
+    std::ranges::for_each(step_.scratch.triangles_at_tool,
+                          [&](const auto& triangle) { consider_all(triangle); });
     // equal ones are the same: edges that four triangles share, triangles with two sides
     std::vector<SurfaceContact>& found = tool_.surface_contacts;
     std::ranges::sort(found, {}, &SurfaceContact::feature);
@@ -63,6 +60,32 @@ class FeatureSearch {
   [[nodiscard]] Vector start_of(Index place) const {
     return vertices_.bases == nullptr ? load(step_.scratch.previous[place])
                                       : load(vertices_.bases[place]);
+  }
+
+  // All around each feature that it touches among them, for their boxes hold the feature's.
+  void list_triangles() const {
+    std::vector<TissueSurface::PlaceTriangle>& listed = step_.scratch.triangles_at_tool;
+    listed.clear();
+    const auto list = [&](const TissueSurface::PlaceTriangle& triangle) {
+      if (box_of(corners_of(triangle)).meets(box_)) {
+        listed.push_back(triangle);
+      }
+    };
+    if (near_ != nullptr) {
+      std::ranges::for_each(near_->triangles, list);
+    } else if (tool_.meets_triangles()) {
+      step_.data.surface.for_each_triangle(list);
+    }
+  }
+
+  [[nodiscard]] Outward outward_at(const ContactFeature& feature, float share) const {
+    Outward outward(feature);
+    for (const TissueSurface::PlaceTriangle& triangle : step_.scratch.triangles_at_tool) {
+      outward.add(triangle.data(), [&](Index place) {
+        return at_share(start_of(place), vertices_.position(place), share);
+      });
+    }
+    return outward;
   }
 
   template <std::size_t kCount>
@@ -112,9 +135,6 @@ class FeatureSearch {
 
   // Edges of a closed surface run from smaller to larger places in one of two triangles.
   void consider_all(const std::array<Index, 3>& triangle) {
-    if (!box_of(corners_of(triangle)).meets(box_)) {
-      return;
-    }
     for (int k = 0; k < 3; ++k) {
       const Index first = triangle[k], second = triangle[(k + 1) % 3];
       if (first < second) {
@@ -134,10 +154,11 @@ class FeatureSearch {
       return;
     }
     const RememberedContact* const known = find_remembered(feature_of(corners));
+    const auto outward = [&](float share) { return outward_at(feature_of(corners), share); };
     MetFeature deepest;
     for (std::size_t c = 0; c < tool_.placed_capsules.size(); ++c) {
       meet_capsule(corners, {placed(tool_.capsules_before[c]), placed(tool_.placed_capsules[c])},
-                   known != nullptr ? &known->normal : nullptr, deepest);
+                   known != nullptr ? &known->normal : nullptr, outward, deepest);
     }
     add(corners, deepest, known);
   }

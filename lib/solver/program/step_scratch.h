@@ -22,6 +22,7 @@
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
 #include "lib/solver/state/particle.h"
+#include "lib/solver/state/tissue_surface.h"
 
 namespace pbdsurg {
 
@@ -101,12 +102,13 @@ struct PBDSURG_API StepScratch {
   std::vector<HeldGive> gives;                ///< [hold] by the first of a vertex, see yield_of()
   std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
   std::vector<ContactEntry> contact_entries;  // likewise
-  TouchedPieces touched;                      ///< in the current sweep
-  std::vector<RigidContact> rigid_contacts;   ///< of one piece, see touched_pieces.h
-  std::vector<GroupContact> group_contacts;   ///< of pieces that meet, likewise
-  std::vector<RigidBody> group_bodies;        // likewise
-  std::vector<PiecePair> piece_pairs;         ///< that push each other, see eased_pieces.h
-  CoarseScratch coarse;                       ///< of its coarse correction, if it has one
+  std::vector<TissueSurface::PlaceTriangle> triangles_at_tool;  ///< that one may touch
+  TouchedPieces touched;                                        ///< in the current sweep
+  std::vector<RigidContact> rigid_contacts;  ///< of one piece, see touched_pieces.h
+  std::vector<GroupContact> group_contacts;  ///< of pieces that meet, likewise
+  std::vector<RigidBody> group_bodies;       // likewise
+  std::vector<PiecePair> piece_pairs;        ///< that push each other, see eased_pieces.h
+  CoarseScratch coarse;                      ///< of its coarse correction, if it has one
   // of its stiff links, custom constraints and bodies that meet, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their vertices
