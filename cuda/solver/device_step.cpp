@@ -120,8 +120,9 @@ class Enqueuer {
           kernels.collect_forces(state, tools, input, substep, launch_);
         }
         if (has_meeters) {
-          kernels.remember_surface_contacts(
-              state, tools, input, substep + 1 == step_.program.division.substeps, launch_);
+          kernels.remember_surface_contacts(state, tools, input, substep,
+                                            substep + 1 == step_.program.division.substeps,
+                                            launch_);
         }
         break;
     }

@@ -111,8 +111,8 @@ struct StepKernels {
   void (*answer_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
                                   StepInput*, const Launch&);
   /// After all sweeps: for the next substep and, if it tells, for the host.
-  void (*remember_surface_contacts)(const DeviceState&, const ToolArrays&, const StepInput*,
-                                    bool tells, const Launch&);
+  void (*remember_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*,
+                                    Index substep, bool tells, const Launch&);
   /// See ease_contacts().
   void (*ease_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
                                 StepInput*, Index substep, const Launch&);

@@ -50,12 +50,16 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
       first_holds_.fill(copies * static_cast<std::size_t>(room.vertices), 0xff, stream);
   arrays.next_holds = next_holds_.reserve(3 * of_all);
   arrays.rigid = rigid_.reserve(of_all);
+  arrays.springs = springs_.reserve(of_tools);
   arrays.remembered = remembered_.reserve(of_all);
   arrays.remembered_ends = remembered_ends_.fill(ends, 0, stream);
   arrays.told = told_.reserve(of_all);
   arrays.told_remembered = told_remembered_.reserve(of_all);
   arrays.told_ends = told_ends_.reserve(ends);
   std::fill_n(arrays.told_ends, ends, 0);
+  arrays.told_springs = told_springs_.reserve(of_tools);
+  std::fill_n(arrays.told_springs, of_tools, ToolSpring{});
+  arrays.has_springs = room.has_springs;
   arrays.word_room = words;
   arrays.tool_room = most;
   arrays.meeter_room = room.meeters;
@@ -110,6 +114,10 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
     const RememberedContact* const remembered = arrays_.told_remembered + first;
     tool.surface_contacts.assign(told + ends[m], told + ends[m + 1]);
     tool.remembered.assign(remembered + ends[m], remembered + ends[m + 1]);
+    if (tool.is_coupled()) {
+      tool.spring.displacement =
+          arrays_.told_springs[copy * arrays_.meeter_room + static_cast<Index>(m)].displacement;
+    }
   }
 }
 
@@ -118,7 +126,8 @@ std::size_t SurfaceBuffers::memory_bytes() const noexcept {
          pieces_.memory_bytes() + near_.memory_bytes() + found_.memory_bytes() +
          contacts_.memory_bytes() + candidates_.memory_bytes() + ends_.memory_bytes() +
          level_counts_.memory_bytes() + first_holds_.memory_bytes() + next_holds_.memory_bytes() +
-         rigid_.memory_bytes() + remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+         springs_.memory_bytes() + rigid_.memory_bytes() + remembered_.memory_bytes() +
+         remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -19,6 +19,7 @@ class SurfaceBuffers {
  public:
   struct Room {
     Index vertices, meeters, half_spaces;  ///< of a copy, all of its meeters' half spaces together
+    bool has_springs;                      ///< whether one is coupled
 
     bool operator==(const Room&) const = default;
   };
@@ -47,11 +48,13 @@ class SurfaceBuffers {
   DeviceBuffer<DeviceContact> found_, contacts_;
   DeviceBuffer<Index> candidates_, ends_, level_counts_, first_holds_, next_holds_;
   DeviceBuffer<RigidContact> rigid_;
+  DeviceBuffer<ToolSpring> springs_;
   DeviceBuffer<RememberedContact> remembered_;
   DeviceBuffer<Index> remembered_ends_;
   PinnedBuffer<SurfaceContact> told_;
   PinnedBuffer<RememberedContact> told_remembered_;
   PinnedBuffer<Index> told_ends_;
+  PinnedBuffer<ToolSpring> told_springs_;
   SurfaceArrays arrays_{};
 };
 

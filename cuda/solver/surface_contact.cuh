@@ -21,23 +21,35 @@ __device__ inline SurfaceArrays of_copy(SurfaceArrays surfaces, Index place_room
   surfaces.first_holds += surfaces.first_holds != nullptr ? of(place_room) : 0;
   surfaces.next_holds += of(3 * surfaces.contact_room);
   surfaces.rigid += of(surfaces.contact_room);
+  surfaces.springs += of(surfaces.meeter_room);
   surfaces.remembered += of(surfaces.contact_room);
   surfaces.remembered_ends += of(1 + surfaces.meeter_room);
   surfaces.told += of(surfaces.contact_room);
   surfaces.told_remembered += of(surfaces.contact_room);
   surfaces.told_ends += of(1 + surfaces.meeter_room);
+  surfaces.told_springs += of(surfaces.meeter_room);
   return surfaces;
 }
 
 /// Where a contact is now.
+/// @param shift  m, of its tool
 __device__ inline ContactReading<float> read_contact(const DeviceState& state,
-                                                     const SurfaceContact& contact) {
+                                                     const SurfaceContact& contact,
+                                                     const Vec3<float>& shift) {
   Vec3<float> sum;
   for (int k = 0; k < contact.feature.count(); ++k) {
     sum = sum + contact.weights[k] *
                     position_of(load_particle(moving_of(state) + contact.feature.places[k]));
   }
-  return read_plane(contact, sum);
+  return read_plane(contact, sum - shift);
+}
+
+__device__ inline ContactReading<float> read_contact(const DeviceState& state,
+                                                     const SurfaceArrays& surfaces,
+                                                     const DeviceContact& stored) {
+  return read_contact(
+      state, stored.contact,
+      stored.spring == kInvalidIndex ? Vec3<float>{} : surfaces.springs[stored.spring].shift);
 }
 
 __device__ inline Index contact_count(const SurfaceArrays& surfaces) {
@@ -56,8 +68,8 @@ __device__ inline void add_surface_contacts(const DeviceState& state, const Surf
     const DeviceContact& stored = surfaces.contacts[hold / 3];
     const SurfaceContact& contact = stored.contact;
     add_answer(contact,
-               answer(contact, stored.friction, read_contact(state, contact), inverse_dt_squared,
-                      contact.stiffness),
+               answer(contact, stored.friction, read_contact(state, surfaces, stored),
+                      inverse_dt_squared, contact.stiffness),
                contact.weights[hold % 3], energy);
   }
 }

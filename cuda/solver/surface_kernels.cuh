@@ -12,6 +12,7 @@
 #include "cuda/solver/tool_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
 #include "lib/solver/methods/feature_meeting.h"
+#include "lib/solver/methods/spring_motion.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
@@ -137,6 +138,7 @@ struct Meeters {
   const SweptHalfSpace* half_spaces;
   const RememberedContact* remembered;  ///< of the substep before
   const Index* remembered_ends;         ///< null: see MeeterInput
+  bool is_first;                        ///< the substep, of a part of a step
 
   __device__ Meeters(const SurfaceArrays& surfaces, StepInput* input, Index substep)
       : meeters(table<MeeterInput>(input, input->meeters) +
@@ -146,7 +148,14 @@ struct Meeters {
                     of_pusher(substep, input->half_space_count)),
         remembered(substep == 0 ? table<RememberedContact>(input, input->remembered)
                                 : surfaces.remembered),
-        remembered_ends(substep == 0 ? nullptr : surfaces.remembered_ends) {}
+        remembered_ends(substep == 0 ? nullptr : surfaces.remembered_ends),
+        is_first(substep == 0) {}
+
+  /// m, of a tool as the substep begins.
+  [[nodiscard]] __device__ Vec3<float> displacement(const SurfaceArrays& surfaces,
+                                                    Index meeter) const {
+    return is_first ? meeters[meeter].displacement : surfaces.springs[meeter].displacement;
+  }
 
   [[nodiscard]] __device__ const RememberedContact* find(Index meeter,
                                                          const ContactFeature& feature) const {
@@ -162,21 +171,24 @@ struct Meeters {
                                            const RememberedContact*& known) const {
     const MeeterInput& tool = meeters[meeter];
     const FeatureCorners& corners = candidate.corners;
+    const Vec3<float> way = displacement(surfaces, meeter);
     MetFeature met;
     known = nullptr;
     if (candidate.half_space != kInvalidIndex) {
-      meet_half_space(corners, half_spaces[tool.first_half_space + candidate.half_space], met);
+      meet_half_space(corners, half_spaces[tool.first_half_space + candidate.half_space].moved(way),
+                      met);
       if (met.gap < kInfinity) {
         known = find(meeter, feature_of(corners));
       }
-    } else if (box_of(corners).meets(tool.box)) {
+    } else if (box_of(corners).meets(tool.box.moved(way))) {
       known = find(meeter, feature_of(corners));
       const auto outward = [&](float share) {
         return tool.meets_triangles ? outward_at(state, surfaces, feature_of(corners), share)
                                     : Outward(feature_of(corners));
       };
       for (Index c = tool.first_capsule; c < tool.first_capsule + tool.capsule_count; ++c) {
-        meet_capsule(corners, swept[c], known != nullptr ? &known->normal : nullptr, outward, met);
+        meet_capsule(corners, swept[c].moved(way), known != nullptr ? &known->normal : nullptr,
+                     outward, met);
       }
     }
     return met;
@@ -323,6 +335,12 @@ __device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count
           level = known == kUnknown ? kUnknown : (known + 1 > level ? known + 1 : level);
         }
       }
+      // the one before at its spring
+      if (level != kUnknown && c > 0 && contacts[c].spring != kInvalidIndex &&
+          contacts[c - 1].spring == contacts[c].spring) {
+        const volatile Index& known = contacts[c - 1].level;
+        level = known == kUnknown ? kUnknown : (known + 1 > level ? known + 1 : level);
+      }
       own = level;
       atomicMax(&levels, level + 1);
       is_any_unknown |= level == kUnknown;
@@ -391,9 +409,17 @@ __global__ void __launch_bounds__(kListThreads)
         recall(*known, inverse_dt_squared, found.contact);
       }
       found.friction = meeters.meeters[m].friction;
+      found.spring = meeters.meeters[m].compliance > 0 ? m : kInvalidIndex;
     }
     __syncthreads();
     end += order_contacts(surfaces.found, count, surfaces.contacts + end);
+  }
+  for (Index m = thread; m < input->meeter_count; m += kListThreads) {
+    ToolSpring spring{meeters.displacement(surfaces, m), {}, 0};
+    if (meeters.meeters[m].compliance > 0) {
+      begin_spring(meeters.meeters[m].compliance, inverse_dt_squared, remembers, spring);
+    }
+    surfaces.springs[m] = spring;
   }
   if (thread == 0) {
     surfaces.ends[surfaces.meeter_room] = end;
@@ -428,8 +454,8 @@ __global__ void __launch_bounds__(kYieldThreads)
   const SurfaceArrays& surfaces = tools.surfaces;
   const Index count = contact_count(surfaces);
   __shared__ float yields[kYieldThreads];
-  const auto is_likely = [&](const SurfaceContact& contact) {
-    return contact.multiplier > 0 || read_contact(state, contact).gap < 0;
+  const auto is_likely = [&](const DeviceContact& stored) {
+    return stored.contact.multiplier > 0 || read_contact(state, surfaces, stored).gap < 0;
   };
   for (Index first = static_cast<Index>(blockIdx.x) * kYieldThreads; first < 3 * count;
        first += thread_count()) {
@@ -440,10 +466,10 @@ __global__ void __launch_bounds__(kYieldThreads)
       const SurfaceContact& contact = surfaces.contacts[own].contact;
       const Index place = contact.feature.places[corner];
       const float weight = contact.weights[corner];
-      float pushes = is_likely(contact) ? 0 : weight;
+      float pushes = is_likely(surfaces.contacts[own]) ? 0 : weight;
       for (Index h = surfaces.first_holds[place]; h != kInvalidIndex; h = surfaces.next_holds[h]) {
-        const SurfaceContact& other = surfaces.contacts[h / 3].contact;
-        pushes += is_likely(other) ? other.weights[h % 3] : 0;
+        const DeviceContact& other = surfaces.contacts[h / 3];
+        pushes += is_likely(other) ? other.contact.weights[h % 3] : 0;
       }
       const VertexGive<float> give =
           find_loose_end<kRowsChange>(state, vertices, tools, input, substep, true, place).give;
@@ -487,19 +513,25 @@ __global__ void __launch_bounds__(kListThreads)
       }
       SurfaceContact contact = stored.contact;
       const int corners = contact.feature.count();
-      float yield = 0;
+      ToolSpring* const spring =
+          stored.spring == kInvalidIndex ? nullptr : surfaces.springs + stored.spring;
+      float yield = spring == nullptr ? 0 : spring->yield;
       for (int k = 0; k < corners; ++k) {
         const float w = load_particle(moving + contact.feature.places[k]).w;
         yield += contact.weights[k] * contact.weights[k] * w;
       }
-      if (settles && !(read_contact(state, contact).gap < 0)) {
+      const auto read = [&] {
+        return read_contact(state, contact, spring == nullptr ? Vec3<float>{} : spring->shift);
+      };
+      if (settles && !(read().gap < 0)) {
         continue;
       }
       is_any_inside = true;
       project_contact(
-          contact, settles ? 0.0F : stored.friction, yield,
-          [&] { return read_contact(state, contact); },
-          [&](const Vec3<float>& push) {
+          contact, settles ? 0.0F : stored.friction, yield, read, [&](const Vec3<float>& push) {
+            if (spring != nullptr) {
+              spring->shift = spring->shift - spring->yield * push;
+            }
             for (int k = 0; k < corners; ++k) {
               Particle* const particle = moving + contact.feature.places[k];
               const Particle p = load_particle(particle);
@@ -514,7 +546,15 @@ __global__ void __launch_bounds__(kListThreads)
     __syncthreads();
     return is_any_inside;
   };
-  bool is_any_inside = true;
+  // one after another only where there is something to do
+  const auto is_any_to_project = [&] {
+    bool is_any = !settles;
+    for (Index c = static_cast<Index>(threadIdx.x); c < count && !is_any; c += kListThreads) {
+      is_any = read_contact(state, surfaces, surfaces.contacts[c]).gap < 0;
+    }
+    return __syncthreads_or(is_any) != 0;
+  };
+  bool is_any_inside = is_any_to_project();
   for (int pass = 0; pass < (settles ? kSettlePasses : 1) && is_any_inside; ++pass) {
     is_any_inside = false;
     for (Index level = 0; level < levels; ++level) {
@@ -523,8 +563,8 @@ __global__ void __launch_bounds__(kListThreads)
     is_any_inside = __syncthreads_or(is_any_inside) != 0;
   }
   for (Index c = static_cast<Index>(threadIdx.x); settles && c < count; c += kListThreads) {
-    SurfaceContact& contact = surfaces.contacts[c].contact;
-    contact.is_left_inside = is_left_inside(read_contact(state, contact));
+    DeviceContact& stored = surfaces.contacts[c];
+    stored.contact.is_left_inside = is_left_inside(read_contact(state, surfaces, stored));
   }
 }
 
@@ -532,6 +572,56 @@ void project_surface_contacts(const DeviceState& state, const ToolArrays& tools,
                               const Launch& how) {
   launch(how, "launching contacts with surfaces", 1, kListThreads, project_surfaces, state, tools,
          settles);
+}
+
+/// After a sweep of vertex blocks: see balance_spring(). One block a copy.
+__global__ void __launch_bounds__(kListThreads)
+    balance_springs(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  input += copy_index();
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const auto thread = static_cast<Index>(threadIdx.x);
+  struct Answered {
+    Vec3<float> normal;
+    float stiffness;
+    ContactAnswer<float> answer;
+  };
+  struct AllAnswered {
+    Answered of[kListThreads];
+  };
+  __shared__ SharedRoom<AllAnswered> room;
+  Answered* const answers = room.get().of;
+  for (Index m = 0; m < input->meeter_count; ++m) {
+    const Index begin = surfaces.ends[m], end = surfaces.ends[m + 1];
+    ToolSpring spring = surfaces.springs[m];
+    if (!(spring.yield > 0)) {
+      continue;  // it has none
+    }
+    // all threads add up all of them, in their order, and come to the same bits
+    const auto add_answers = [&](const Vec3<float>& shift, VertexEnergy<float>& energy) {
+      for (Index first = begin; first < end; first += kListThreads) {
+        const Index c = first + thread;
+        __syncthreads();
+        if (c < end) {
+          const auto& [contact, friction, spring, level] = surfaces.contacts[c];
+          answers[thread] = {contact.normal, contact.stiffness,
+                             answer(contact, friction, read_contact(state, contact, shift),
+                                    inverse_dt_squared, contact.stiffness)};
+        }
+        __syncthreads();
+        for (Index i = 0; i < kListThreads && first + i < end; ++i) {
+          add_answer(answers[i], answers[i].answer, -1, energy);
+        }
+      }
+    };
+    balance_spring(inverse_dt_squared, add_answers, spring);
+    __syncthreads();
+    if (thread == 0) {
+      surfaces.springs[m] = spring;
+    }
+  }
 }
 
 /// After a sweep of vertex blocks, multipliers become the forces of the contacts.
@@ -547,8 +637,9 @@ __global__ void __launch_bounds__(kToolThreads)
   for (Index c = thread_index(); c < count; c += thread_count()) {
     SurfaceContact& contact = surfaces.contacts[c].contact;
     take_over(contact,
-              answer(contact, surfaces.contacts[c].friction, read_contact(state, contact),
-                     inverse_dt_squared, contact.stiffness)
+              answer(contact, surfaces.contacts[c].friction,
+                     read_contact(state, surfaces, surfaces.contacts[c]), inverse_dt_squared,
+                     contact.stiffness)
                   .force,
               square);
   }
@@ -556,7 +647,7 @@ __global__ void __launch_bounds__(kToolThreads)
 
 /// What the next substep has to know, and after the last one the host.
 __global__ void __launch_bounds__(kToolThreads)
-    remember(ToolArrays tools, const StepInput* input, Index place_room, bool tells) {
+    remember(ToolArrays tools, StepInput* input, Index place_room, Index substep, bool tells) {
   wait_for_previous();
   const SurfaceArrays surfaces = of_copy(tools, place_room).surfaces;
   input += copy_index();
@@ -571,6 +662,17 @@ __global__ void __launch_bounds__(kToolThreads)
       surfaces.told_remembered[c] = now;
     }
   }
+  for (Index m = thread_index(); m < input->meeter_count; m += thread_count()) {
+    const MeeterInput& meeter =
+        (table<MeeterInput>(input, input->meeters) + of_pusher(substep, input->meeter_count))[m];
+    ToolSpring& spring = surfaces.springs[m];
+    if (meeter.compliance > 0) {
+      end_spring(meeter.stride, spring);
+    }
+    if (tells) {
+      surfaces.told_springs[m] = spring;
+    }
+  }
   for (Index m = thread_index(); m <= surfaces.meeter_room; m += thread_count()) {
     const Index end = __ldcg(surfaces.ends + m);
     surfaces.remembered_ends[m] = end;
@@ -580,10 +682,10 @@ __global__ void __launch_bounds__(kToolThreads)
   }
 }
 
-void remember_surface_contacts(const DeviceState& state, const ToolArrays& tools,
-                               const StepInput* input, bool tells, const Launch& how) {
+void remember_surface_contacts(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                               Index substep, bool tells, const Launch& how) {
   launch(how, "launching what is remembered of contacts", share_blocks(kAnswerBlocks, 1, how),
-         kToolThreads, remember, tools, input, state.capacity, tells);
+         kToolThreads, remember, tools, input, state.capacity, substep, tells);
 }
 
 /// Of BDF2, as ease() for vertices that tools push: by levels. One block a copy.

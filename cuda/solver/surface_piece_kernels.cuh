@@ -121,7 +121,7 @@ __device__ inline Index list_rigid_contacts(const DeviceState& state, const Free
     RigidContact rigid{};
     if (is_of_piece) {
       const SurfaceContact& contact = surfaces.contacts[c].contact;
-      const ContactReading<float> now = read_contact(state, contact);
+      const ContactReading<float> now = read_contact(state, surfaces, surfaces.contacts[c]);
       is_of_piece = is_finite(now.gap) && is_finite_way(now.slip);
       const Vec3<double> arm =
           arm_of_contact(contact, [&](Index place) { return FlownVertex(state, place).arm; });
@@ -195,6 +195,10 @@ void answer_surface_contacts(const DeviceState& state, const FreePieceArrays& pi
   if (pieces.count > 0) {
     launch(how, "launching the balance of pieces", 1, kMomentumSums, balance_pieces, state, pieces,
            tools, input);
+  }
+  if (tools.surfaces.has_springs) {
+    launch(how, "launching springs of tools", 1, kListThreads, balance_springs, state, tools,
+           input);
   }
   launch(how, "launching the answer of surfaces", share_blocks(kAnswerBlocks, 1, how), kToolThreads,
          answer_surfaces, state, tools, input);
@@ -290,7 +294,8 @@ __global__ void __launch_bounds__(kMomentumSums)
       force = scale * (contact.multiplier * contact.normal);
       point = contact.point;
     };
-    feel<kMomentumSums>(table<Wrench>(input, input->wrenches)[t], origins_of(input, substep)[t],
+    feel<kMomentumSums>(table<Wrench>(input, input->wrenches)[t],
+                        origin_of(input, substep, t, surfaces, meeter),
                         surfaces.ends[meeter + 1] - first, at);
     __syncthreads();
   }

@@ -30,6 +30,7 @@ ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const Cop
     const ToolState& tool = copy.tools[t];
     if (is_meeter(tool)) {
       tools.meeters.push_back(static_cast<Index>(t));
+      tools.has_springs = tools.has_springs || tool.is_coupled();
       tools.swept_count += static_cast<Index>(tool.capsules.size());
       tools.half_space_count += static_cast<Index>(tool.half_spaces.size());
     }
@@ -64,6 +65,7 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room, cudaStrea
     has_pushers_ = has_pushers_ || tools.pusher_count > 0;
     has_attachments_ = has_attachments_ || tools.attachment_count > 0;
     has_meeters_ = has_meeters_ || !tools.meeters.empty();
+    has_springs_ = has_springs_ || tools.has_springs;
     meeter_room_ = std::max(meeter_room_, static_cast<Index>(tools.meeters.size()));
     half_space_room_ = std::max(half_space_room_, tools.half_space_count);
     arrays_.pusher_room = std::max(arrays_.pusher_room, tools.pusher_count);
@@ -94,7 +96,7 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room, cudaStrea
 
 void ToolBuffers::follow_surfaces(const SolverData& data, cudaStream_t stream) {
   if (has_meeters_) {
-    surfaces_.take_over(data, {vertex_room_, meeter_room_, half_space_room_}, stream);
+    surfaces_.take_over(data, {vertex_room_, meeter_room_, half_space_room_, has_springs_}, stream);
     arrays_.surfaces = surfaces_.arrays();
   }
 }
@@ -185,11 +187,14 @@ void ToolBuffers::write_meeters(const CopyState& copy, const CopyTools& tools, I
                  static_cast<Index>(tool.half_spaces.size()),
                  remembered,
                  remembered_count,
+                 tool.spring.displacement,
+                 tool.is_coupled() ? copy.spring_compliance(tool) : 0.0F,
+                 tool.stride(),
                  tool.surface.friction,
                  tool.meets_triangles()};
     remembered += remembered_count;
     for (std::size_t c = 0; c < tool.capsules.size(); ++c) {
-      swept[capsule++] = {placed(tool.capsules_before[c]), placed(tool.placed_capsules[c])};
+      swept[capsule++] = swept_capsule(tool, c);
     }
     for (const HalfSpace& each : tool.half_spaces) {
       half_spaces[half_space++] = swept_half_space(tool, each);

@@ -73,6 +73,7 @@ class ToolBuffers {
     Index attachment_count = 0;
     std::vector<Index> meeters;  // tools
     Index swept_count = 0, half_space_count = 0, remembered_count = 0;
+    bool has_springs = false;
   };
 
   static CopyTools find_tools(const SolverData& data, const CopyState& copy);
@@ -90,6 +91,7 @@ class ToolBuffers {
   bool has_pushers_ = false;
   bool has_attachments_ = false;
   bool has_meeters_ = false;
+  bool has_springs_ = false;
 
   PinnedBuffer<Word> host_input_;
   DeviceBuffer<Word> device_input_;

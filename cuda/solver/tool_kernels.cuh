@@ -271,8 +271,13 @@ __device__ void feel(Wrench& wrench, const Vec3<float>& origin, Index count, con
   }
 }
 
-__device__ inline const Vec3<float>* origins_of(StepInput* input, Index substep) {
-  return table<Vec3<float>>(input, input->origins) + of_pusher(substep, input->tool_count);
+/// Where the origin of a tool's frame is, m.
+/// @param meeter  that it is, or kInvalidIndex
+__device__ inline Vec3<float> origin_of(StepInput* input, Index substep, Index tool,
+                                        const SurfaceArrays& surfaces, Index meeter) {
+  const Vec3<float> origin =
+      (table<Vec3<float>>(input, input->origins) + of_pusher(substep, input->tool_count))[tool];
+  return meeter == kInvalidIndex ? origin : origin + surfaces.springs[meeter].displacement;
 }
 
 /// A block a tool.
@@ -287,7 +292,7 @@ __global__ void __launch_bounds__(kToolThreads)
        t += static_cast<Index>(gridDim.x)) {
     const ToolInput tool = table<ToolInput>(input, input->tools)[t];
     Wrench& wrench = table<Wrench>(input, input->wrenches)[t];
-    const Vec3<float> origin = origins_of(input, substep)[t];
+    const Vec3<float> origin = origin_of(input, substep, t, surfaces, tool.meeter);
     if (tool.pusher != kInvalidIndex) {
       const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
         const Index place = tools.contact_places[of_pusher(tool.pusher, tools.contact_room) +

@@ -21,6 +21,7 @@
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
 #include "lib/solver/state/surface_contact.h"
+#include "lib/solver/state/tool_spring.h"
 
 namespace pbdsurg::cuda {
 
@@ -256,7 +257,9 @@ struct ConstraintArrays : ForAllConstraints<ArraysOfKinds> {
 struct DeviceContact {
   SurfaceContact contact;
   float friction;  ///< coefficient
-  Index level;     ///< contacts of one level share no corner, and come after those of lower ones
+  Index spring;    ///< the meeter that it is of, if that has one; else kInvalidIndex
+  Index level;     ///< contacts of one level share no corner and no spring, and come after those of
+                   ///< lower ones
 };
 
 /// What tools that meet surfaces touch. There is room for the copy that has most; nothing at all,
@@ -281,6 +284,7 @@ struct SurfaceArrays {
   Index* first_holds = nullptr;       ///< [copy][capacity] of a place, the last, or kInvalidIndex
   Index* next_holds = nullptr;    ///< [copy][hold] the one before at its place, or kInvalidIndex
   RigidContact* rigid = nullptr;  ///< [copy][contact_room]
+  ToolSpring* springs = nullptr;  ///< [copy][meeter_room] of coupled tools
   // of the substep before, but for the first
   RememberedContact* remembered = nullptr;  ///< [copy][contact_room]
   Index* remembered_ends = nullptr;         ///< [copy][1 + meeter_room]
@@ -288,6 +292,8 @@ struct SurfaceArrays {
   SurfaceContact* told = nullptr;                ///< [copy][contact_room]
   RememberedContact* told_remembered = nullptr;  ///< [copy][contact_room]
   Index* told_ends = nullptr;                    ///< [copy][1 + meeter_room]
+  ToolSpring* told_springs = nullptr;            ///< [copy][meeter_room]
+  bool has_springs = false;                      ///< whether a tool is coupled
   Index triangle_count = 0;
   Index word_room = 0;  ///< 32 candidates each
   Index tool_room = 0;  ///< contacts of a tool
@@ -348,6 +354,9 @@ struct MeeterInput {
   Index first_capsule, capsule_count;
   Index first_half_space, half_space_count;
   Index first_remembered, remembered_count;  ///< when the part of the step begins
+  Vec3<float> displacement;                  ///< m, of a coupled tool, likewise
+  float compliance;                          ///< m/N, of its spring; zero where it has none
+  float stride;                              ///< m, see end_spring()
   float friction;                            ///< coefficient
   bool meets_triangles;                      ///< and edges
 };

@@ -99,9 +99,6 @@ void check_coupling(const ToolCoupling& coupling) {
 
 void check_takes_coupling(const SolverData& data, const ToolState& tool, ToolId id) {
   const std::string own = "tool " + std::to_string(id.value);
-  if (data.backend->keeps_state()) {
-    throw BackendUnavailable("on a device no spring holds tools: " + own + " is to be rigid");
-  }
   if (is_explicit(data.options)) {
     throw InvalidArgument("in explicit steps no spring holds tools: " + own + " is to be rigid");
   }

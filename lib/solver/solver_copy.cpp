@@ -13,6 +13,7 @@
 #include "lib/solver/sets/constraint_groups.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
 
@@ -49,7 +50,7 @@ void check_tool(const SolverData& data, ToolId id, const ToolState& tool) {
   if (tool.is_coupled()) {
     check_takes_coupling(data, tool, id);
   }
-  if (!tool.displacement.allFinite()) {
+  if (!vector_of(tool.spring.displacement).allFinite()) {
     throw InvalidArgument("the displacement of tool " + std::to_string(id.value) +
                           " is not finite");
   }

@@ -15,6 +15,7 @@
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/remembered_contacts.h"
 #include "lib/solver/state/remembered_touches.h"
 #include "lib/solver/state/solver_data.h"
@@ -197,7 +198,7 @@ Snapshot Solver::snapshot(Index copy) const {
   Snapshot snapshot{positions(copy), velocities(copy), {}, tissue().identified_version()};
   for (const ToolState& tool : state.tools) {
     snapshot.tool_poses.push_back(tool.pose);
-    snapshot.tool_displacements.push_back(tool.displacement);
+    snapshot.tool_displacements.push_back(vector_of(tool.spring.displacement));
   }
   for (std::size_t v = 0; v < state.carries.size(); ++v) {
     const Carry& carry = state.carries[data_->place_of_vertex[v]];
@@ -294,9 +295,9 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
       joint.target = snapshot.joint_angles.empty() ? joint.angle : snapshot.joint_angles[t][j];
     }
     tool.arrive();
-    tool.displacement.setZero();
+    tool.spring.displacement = {};
     if (tool.is_coupled() && !snapshot.tool_displacements.empty()) {
-      tool.displacement = snapshot.tool_displacements[t];
+      tool.spring.displacement = load(snapshot.tool_displacements[t]);
     }
     tool.attachments.clear();
     tool.grip = {};

@@ -98,6 +98,7 @@ void Solver::couple_tool(ToolId tool, const ToolCoupling& coupling) {
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {
     data_->copy(copy).tools[tool].couple(coupling);
   }
+  data_->changes.tools = true;
 }
 
 void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
@@ -110,7 +111,7 @@ void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
 ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
-  return Eigen::Translation3f(state.displacement) * state.pose;
+  return Eigen::Translation3f(vector_of(state.spring.displacement)) * state.pose;
 }
 
 ToolPose Solver::tool_target(ToolId tool, Index copy) const {

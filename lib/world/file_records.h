@@ -466,6 +466,11 @@ void visit_members(Record& coupling, Visit& visit) {
   auto& [stiffness] = coupling;
   visit(stiffness);
 }
+template <RecordOf<ToolSpring> Record, class Visit>
+void visit_members(Record& spring, Visit& visit) {
+  auto& [displacement, shift, yield] = spring;
+  visit(displacement);
+}
 template <RecordOf<ToolJoint> Record, class Visit>
 void visit_members(Record& joint, Visit& visit) {
   auto& [point, axis, first_capsule, capsule_count] = joint;
@@ -480,9 +485,9 @@ template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {
   auto& [capsules, half_spaces, pose, target, attachments, placed_before, placed, placed_capsules,
          capsules_before, contacts, surface, surface_contacts, remembered, force, torque, grip,
-         joints, is_removed, coupling, displacement, shift, yield] = tool;
+         joints, is_removed, coupling, spring] = tool;
   visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque, grip);
-  visit(joints, is_removed, coupling, displacement);
+  visit(joints, is_removed, coupling, spring);
 }
 template <RecordOf<StepReport> Record, class Visit>
 void visit_members(Record& report, Visit& visit) {

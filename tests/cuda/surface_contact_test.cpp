@@ -229,6 +229,82 @@ TEST_CASE("cuda surfaces: edits and other tools in contact keep the serial bits"
   }
 }
 
+// Would catch a spring that a device forgets between substeps, sums up in another order or leaves
+// out of what it tells; one that is taken off, or comes later; and arms of torques without it.
+TEST_CASE("cuda surfaces: hooks on springs have the serial bits", "[device]") {
+  SolverOptions options = any_options();
+  if (options.method == SolverMethod::explicit_steps) {
+    return;  // which have none
+  }
+  options.copies = GENERATE(1, 2);
+  const float friction = GENERATE(0.0F, 0.3F);
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(options.integration), friction);
+  const Scene scene = make_block(options);
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId hook{}, other{};
+  pair.both([&](Solver& solver) {
+    hook = solver.add_tool(kHook, hook_at(0), {ContactFeatures::all, friction});
+    other = solver.add_tool(kHook, at({30e-3F, 8e-3F, 12e-3F}), {ContactFeatures::all, friction});
+    solver.couple_tool(hook, {.stiffness = 300});
+  });
+  Snapshot serial, device;
+  float farthest = 0;
+  for (int i = 1; i <= 40; ++i) {
+    CAPTURE(i);
+    if (i == 20) {
+      serial = pair.serial.snapshot();
+      device = pair.device.snapshot();
+    } else if (i == 25) {
+      pair.serial.restore(serial);
+      pair.device.restore(device);
+    }
+    pair.both([&](Solver& solver) {
+      for (Index copy = 0; copy < options.copies; ++copy) {
+        solver.move_tool(hook, hook_at(i + 3 * copy), copy);
+        solver.move_tool(other, at({12e-3F, 9e-3F, 12e-3F - 1e-4F * static_cast<float>(i)}), copy);
+      }
+      if (i == 15) {
+        solver.couple_tool(other, {.stiffness = 1000});
+      } else if (i == 35) {
+        solver.couple_tool(hook, {});
+      }
+    });
+    pair.step_and_compare(kStep);
+    for (Index copy = 0; copy < options.copies; ++copy) {
+      CAPTURE(copy);
+      check_same_contacts(pair, hook, copy);
+      check_same_contacts(pair, other, copy);
+      for (const ToolId tool : {hook, other}) {
+        const Vector3f is_at = pair.serial.tool_pose(tool, copy).translation();
+        CHECK(pair.device.tool_pose(tool, copy).translation() == is_at);
+        farthest =
+            std::max(farthest, (pair.serial.tool_target(tool, copy).translation() - is_at).norm());
+      }
+    }
+  }
+  CHECK(farthest > 1e-4F);
+}
+
+// Would catch a half space that a device leaves where it is to be, and pieces that balance on one.
+TEST_CASE("cuda surfaces: a table on a spring has the serial bits", "[device]") {
+  const SolverOptions options = testing::vertex_blocks(testing::any_integration());
+  const float friction = GENERATE(0.0F, 0.3F);
+  const Scene scene = testing::make_free_block();
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  ToolId table{};
+  pair.both([&](Solver& solver) {
+    table = solver.add_half_space({}, friction);
+    solver.couple_tool(table, {.stiffness = 300});
+  });
+  for (int i = 1; i <= 30; ++i) {
+    CAPTURE(i);
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, table);
+    CHECK(pair.device.tool_pose(table).translation() == pair.serial.tool_pose(table).translation());
+  }
+  CHECK(pair.serial.tool_pose(table).translation().z() < -1e-7F);
+}
+
 // Would catch contacts of one copy in another's place.
 TEST_CASE("cuda surfaces: copies with hooks of their own have the serial bits", "[device]") {
   SolverOptions options = any_options();

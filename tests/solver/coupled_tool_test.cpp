@@ -12,7 +12,6 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "tests/support/catch.h"
-#include "tests/support/fake_device.h"
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
 
@@ -250,9 +249,6 @@ TEST_CASE("coupled tool: what cannot be is refused", "[errors]") {
   Solver steps(undamped, {.method = SolverMethod::explicit_steps});
   CHECK_THROWS_WITH(steps.couple_tool(steps.add_tool({&kBall, 1}, at(kTouch), kAll), {300}),
                     ContainsSubstring("in explicit steps no spring holds tools"));
-  Solver device = block({.executor = testing::fake_device()});
-  CHECK_THROWS_AS(device.couple_tool(device.add_tool({&kBall, 1}, at(kTouch), kAll), {300}),
-                  BackendUnavailable);
 }
 
 }  // namespace pbdsurg

@@ -363,7 +363,6 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument     naming the stiffness that is not positive, the tool that there is
   ///                             not, that meets no surfaces (see ToolSurface) or holds something;
   ///                             in explicit steps
-  /// @throws BackendUnavailable  on a device
   void couple_tool(ToolId tool, const ToolCoupling& coupling);
 
   /// Moves a tool: it travels there evenly over the next step.

@@ -23,6 +23,11 @@ struct alignas(16) PlacedCapsule {
   float radius;       ///< m
   Vec3<float> end;    ///< m
   float unused = 0;   // two 16-byte loads
+
+  /// @param way  m
+  [[nodiscard]] PBDSURG_HOST_DEVICE PlacedCapsule moved(const Vec3<float>& way) const {
+    return {start + way, radius, end + way};
+  }
 };
 
 /// What holds all that touches a tool.
@@ -41,6 +46,11 @@ struct ContactBox {
     high = {most(high.x, most(capsule.start.x, capsule.end.x) + reach),
             most(high.y, most(capsule.start.y, capsule.end.y) + reach),
             most(high.z, most(capsule.start.z, capsule.end.z) + reach)};
+  }
+
+  /// @param way  m
+  [[nodiscard]] PBDSURG_HOST_DEVICE ContactBox moved(const Vec3<float>& way) const {
+    return {low + way, high + way};
   }
 
   [[nodiscard]] PBDSURG_HOST_DEVICE bool contains(const Vec3<float>& x) const {

@@ -28,15 +28,6 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   return pose;
 }
 
-// At a fraction of the step, as far as it is known before contacts are met.
-ToolPose pose_at(const ToolState& tool, float fraction) {
-  ToolPose pose = interpolate(tool.pose, tool.target, fraction);
-  if (tool.is_coupled()) {
-    pose.pretranslate(tool.displacement);
-  }
-  return pose;
-}
-
 // In the tool's frame, at a fraction of the step.
 Eigen::Isometry3f turn_of(const JointState& state, float fraction) {
   const auto& [joint, from, to] = state;
@@ -112,10 +103,10 @@ void begin_tools(CopyState& copy) {
 void place_tools(CopyState& copy, float fraction, float before) {
   for (ToolState& tool : copy.tools) {
     if (tool.has_surface()) {
-      tool.placed_before = pose_at(tool, before);
+      tool.placed_before = interpolate(tool.pose, tool.target, before);
       place_capsules(tool, tool.placed_before, before, tool.capsules_before);
     }
-    const ToolPose pose = pose_at(tool, fraction);
+    const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
     for (Attachment& attachment : tool.attachments) {
       attachment.target = pose * attachment.anchor;
       attachment.multiplier.setZero();
@@ -172,7 +163,8 @@ void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
 void feel(const Eigen::Vector3f& force, const Eigen::Vector3f& point, ToolState& tool) {
   if (force.allFinite() && point.allFinite()) {
     tool.force -= force;
-    tool.torque -= (point - tool.placed.translation()).cross(force);
+    const Eigen::Vector3f origin = tool.placed.translation() + vector_of(tool.spring.displacement);
+    tool.torque -= (point - origin).cross(force);
   }
 }
 

@@ -20,15 +20,13 @@
 
 namespace pbdsurg {
 
-/// Before a substep's contacts are met: projections have no multipliers yet, so the tool is where
-/// it is to be; vertex blocks go on from those of the substep before.
+/// Before a substep's contacts are met: see begin_spring().
 void begin_coupling(const StepContext& step, const Substep<float>& lengths, ToolState& tool);
 
-/// After a sweep of vertex blocks: moves the tool to where its spring and its contacts balance,
-/// with tissue where it is.
+/// After a sweep of vertex blocks: see balance_spring().
 void balance_coupling(const StepContext& step, const Substep<float>& lengths, ToolState& tool);
 
-/// After a substep: the tool is displaced by its shift.
+/// After a substep: see end_spring().
 void end_coupling(ToolState& tool);
 
 }  // namespace pbdsurg

@@ -22,6 +22,11 @@ namespace pbdsurg {
 struct SweptCapsule {
   PlacedCapsule before;  ///< at its start
   PlacedCapsule now;     ///< at its end
+
+  /// @param way  m
+  [[nodiscard]] PBDSURG_HOST_DEVICE SweptCapsule moved(const Vec3<float>& way) const {
+    return {before.moved(way), now.moved(way)};
+  }
 };
 
 /// A half space in the world through a substep.
@@ -31,6 +36,11 @@ struct SweptHalfSpace {
   Vec3<float> turn[3];  ///< rows of what the turn of its tool adds to a way from the centre
   Vec3<float> centre;   ///< m, of the tool's frame
   Vec3<float> shift;    ///< m, of that
+
+  /// @param way  m
+  [[nodiscard]] PBDSURG_HOST_DEVICE SweptHalfSpace moved(const Vec3<float>& way) const {
+    return {normal, point + way, {turn[0], turn[1], turn[2]}, centre + way, shift};
+  }
 };
 
 /// Corners of a feature through a substep.

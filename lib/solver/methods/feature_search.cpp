@@ -27,7 +27,8 @@ class FeatureSearch {
         near_(near),
         inverse_dt_squared_(lengths.inverse_dt_squared),
         report_(report),
-        box_(swept_box(tool)) {}
+        displacement_(tool.spring.displacement),
+        box_(swept_box(tool).moved(displacement_)) {}
 
   void run() {
     tool_.surface_contacts.clear();
@@ -40,7 +41,7 @@ class FeatureSearch {
       consider(std::array{place});
     }
     for (const HalfSpace& half_space : tool_.half_spaces) {
-      const SweptHalfSpace swept = swept_half_space(tool_, half_space);
+      const SweptHalfSpace swept = swept_half_space(tool_, half_space).moved(displacement_);
       for (Index place = 0; place < count; ++place) {
         consider(place, swept);
       }
@@ -157,7 +158,7 @@ class FeatureSearch {
     const auto outward = [&](float share) { return outward_at(feature_of(corners), share); };
     MetFeature deepest;
     for (std::size_t c = 0; c < tool_.placed_capsules.size(); ++c) {
-      meet_capsule(corners, {placed(tool_.capsules_before[c]), placed(tool_.placed_capsules[c])},
+      meet_capsule(corners, swept_capsule(tool_, c).moved(displacement_),
                    known != nullptr ? &known->normal : nullptr, outward, deepest);
     }
     add(corners, deepest, known);
@@ -175,6 +176,7 @@ class FeatureSearch {
   const NearFeatures* near_;
   float inverse_dt_squared_;
   StepReport& report_;
+  Vector displacement_;
   ContactBox box_;
 };
 
@@ -183,8 +185,9 @@ class FeatureSearch {
 ContactBox swept_box(const ToolState& tool) {
   ContactBox box;
   for (std::size_t c = 0; c < tool.placed_capsules.size(); ++c) {
-    box.add(placed(tool.placed_capsules[c]));
-    box.add(placed(tool.capsules_before[c]));
+    const SweptCapsule swept = swept_capsule(tool, c);
+    box.add(swept.now);
+    box.add(swept.before);
   }
   return box;
 }

@@ -33,10 +33,17 @@ void find_surface_contacts(const StepContext& step, ToolState& tool, const NearF
   return {load(capsule.start), capsule.radius, load(capsule.end)};
 }
 
-/// What holds all that a tool may touch in a substep.
+// Of a tool through a substep, but for its displacement.
+
+/// A capsule.
+[[nodiscard]] inline SweptCapsule swept_capsule(const ToolState& tool, std::size_t capsule) {
+  return {placed(tool.capsules_before[capsule]), placed(tool.placed_capsules[capsule])};
+}
+
+/// What holds all that it may touch.
 [[nodiscard]] PBDSURG_API ContactBox swept_box(const ToolState& tool);
 
-/// One of a tool's half spaces through a substep. A rotation within floats' rounding of one turns
+/// One of its half spaces. A rotation within floats' rounding of one turns
 /// nothing: what sticks to a tool at rest does not creep.
 [[nodiscard]] PBDSURG_API SweptHalfSpace swept_half_space(const ToolState& tool,
                                                           const HalfSpace& half_space);

@@ -42,10 +42,11 @@ bool serves(const NearFeatures& near, const ToolState& tool, float slack) {
     return false;
   }
   for (std::size_t c = 0; c < near.capsules.size(); ++c) {
-    for (const Capsule* const now : {&tool.placed_capsules[c], &tool.capsules_before[c]}) {
-      if (now->radius != near.capsules[c].radius ||
-          is_farther(load(now->start), near.capsules[c].start, slack) ||
-          is_farther(load(now->end), near.capsules[c].end, slack)) {
+    const SweptCapsule swept = swept_capsule(tool, c).moved(tool.spring.displacement);
+    for (const PlacedCapsule& now : {swept.before, swept.now}) {
+      if (now.radius != near.capsules[c].radius ||
+          is_farther(now.start, near.capsules[c].start, slack) ||
+          is_farther(now.end, near.capsules[c].end, slack)) {
         return false;
       }
     }
@@ -81,8 +82,8 @@ void list(const StepContext& step, const ToolState& tool, const NearLists& lists
   near.capsules.clear();
   near.vertices.clear();
   near.triangles.clear();
-  for (const Capsule& capsule : tool.placed_capsules) {
-    near.capsules.push_back(placed(capsule));
+  for (std::size_t c = 0; c < tool.placed_capsules.size(); ++c) {
+    near.capsules.push_back(swept_capsule(tool, c).now.moved(tool.spring.displacement));
   }
   const auto is_near = [&](const Vector& x, float radius) {
     return std::ranges::any_of(near.capsules, [&](const PlacedCapsule& capsule) {

@@ -22,14 +22,15 @@ using Vector = Vec3<float>;
 // Moves corners by their masses, and the tool by what its spring lets it.
 void project(const StepContext& step, ToolState& tool, SurfaceContact& contact, float friction) {
   const MovingVertices vertices = moving_vertices(step);
-  float yield = tool.yield;
+  ToolSpring& spring = tool.spring;
+  float yield = spring.yield;
   for (int k = 0; k < contact.feature.count(); ++k) {
     yield += contact.weights[k] * contact.weights[k] * vertices.moving[contact.feature.places[k]].w;
   }
   project_contact(
       contact, friction, yield, [&] { return read_contact(vertices, contact, tool); },
       [&](const Vector& push) {
-        tool.shift = tool.shift - tool.yield * push;
+        spring.shift = spring.shift - spring.yield * push;
         for (int k = 0; k < contact.feature.count(); ++k) {
           const Index place = contact.feature.places[k];
           go_on(step, vertices, place, (contact.weights[k] * vertices.moving[place].w) * push);
@@ -40,12 +41,12 @@ void project(const StepContext& step, ToolState& tool, SurfaceContact& contact, 
 }  // namespace
 
 ContactReading<float> read_contact(const MovingVertices& vertices, const SurfaceContact& contact,
-                                   const ToolState& tool) {
+                                   const Vec3<float>& shift) {
   Vector sum;
   for (int k = 0; k < contact.feature.count(); ++k) {
     sum = sum + contact.weights[k] * load(vertices.moving[contact.feature.places[k]]);
   }
-  return read_plane(contact, sum - tool.shift);
+  return read_plane(contact, sum - shift);
 }
 
 bool meets_surfaces(const StepContext& step) noexcept {

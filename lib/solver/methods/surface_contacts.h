@@ -25,10 +25,15 @@
 namespace pbdsurg {
 
 /// Where a contact is now.
-/// @param tool  that it is of, which a spring may have let give way
+/// @param shift  m, of its tool: see ToolSpring
 [[nodiscard]] ContactReading<float> read_contact(const MovingVertices& vertices,
                                                  const SurfaceContact& contact,
-                                                 const ToolState& tool);
+                                                 const Vec3<float>& shift);
+[[nodiscard]] inline ContactReading<float> read_contact(const MovingVertices& vertices,
+                                                        const SurfaceContact& contact,
+                                                        const ToolState& tool) {
+  return read_contact(vertices, contact, tool.spring.shift);
+}
 
 /// Whether a tool meets surfaces: see ToolState::has_surface().
 [[nodiscard]] bool meets_surfaces(const StepContext& step) noexcept;

@@ -51,6 +51,11 @@ struct CopyState {
     return factors.stiffness * attachment.compliance;
   }
 
+  /// m/N, likewise, of the spring of a coupled tool.
+  [[nodiscard]] float spring_compliance(const ToolState& tool) const noexcept {
+    return factors.stiffness / tool.coupling.stiffness;
+  }
+
   /// As it is here, see `is_state_current`.
   [[nodiscard]] VertexMotion motion_of(Index place) const noexcept {
     const Particle& p = particles[place];

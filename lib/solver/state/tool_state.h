@@ -5,6 +5,7 @@
 /// What the solver knows of a tool.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 
 #include "lib/solver/state/grip_state.h"
 #include "lib/solver/state/surface_contact.h"
+#include "lib/solver/state/tool_spring.h"
 
 namespace pbdsurg {
 
@@ -50,6 +52,7 @@ struct ToolState {
   ToolPose pose;    ///< at the end of the last step
   ToolPose target;  ///< at the end of the next step
   std::vector<Attachment> attachments{};
+  // where it would be, did its spring not give way
   ToolPose placed_before = ToolPose::Identity();  ///< at the start of the current substep
   ToolPose placed = ToolPose::Identity();         ///< at its end
   std::vector<Capsule> placed_capsules{};         ///< in the world, likewise
@@ -64,21 +67,25 @@ struct ToolState {
   std::vector<JointState> joints{};                ///< from the shaft outwards
   bool is_removed = false;                         ///< then it has nothing of these, but its pose
   ToolCoupling coupling{};
-  Eigen::Vector3f displacement{0, 0,
-                               0};  ///< m, of a coupled tool, from its pose: see coupled_tool.h
-  Vec3<float> shift{};              ///< m, that the current substep adds to it
-  float yield = 0;                  ///< 1/kg, in the current substep, of its spring
+  ToolSpring spring{};  ///< of a coupled tool
 
   /// A spring holds it from here on, or none does.
   void couple(const ToolCoupling& by) noexcept {
     coupling = by;
     if (!is_coupled()) {
-      displacement.setZero();
-      shift = {};
-      yield = 0;
+      spring = {};
     }
   }
   [[nodiscard]] bool is_coupled() const noexcept { return coupling.stiffness < kInfinity; }
+
+  /// m, by how much its spring may take it back in a substep.
+  [[nodiscard]] float stride() const noexcept {
+    float least = kInfinity;
+    for (const Capsule& capsule : capsules) {
+      least = std::min(least, capsule.radius);
+    }
+    return least / 2;
+  }
 
   /// Makes the end of this step the start of the next.
   void arrive() noexcept {
