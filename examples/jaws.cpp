@@ -36,7 +36,7 @@ int main() try {
   world.set_gravity({0, 0, 0});
 
   // two jaws along x, open by 14 mm, and a hinge 30 mm behind them
-  const pbdsurg::ToolSurface surface{pbdsurg::ContactFeatures::all, 0.1F};
+  const pbdsurg::ToolSurface surface{.friction = 0.1F};
   const pbdsurg::ToolJoint upper{{0.05F, 0, 0}, {0, 0, 1}, 0, 1},
       lower{{0.05F, 0, 0}, {0, 0, 1}, 1, 1};
   const pbdsurg::ToolId jaws = world.add_tool({{{0.005F, 9e-3F, 0}, {0.02F, 9e-3F, 0}, 2e-3F},

@@ -48,9 +48,9 @@ int main() try {
       pbdsurg::tetrahedralize(pbdsurg::rounded_box_shape({0, 0, 0}, {0.03, 0.01, 0.03}, 2e-3),
                               options)
           .mesh;
-  press(mesh, "vertices alone", {});
-  press(mesh, "all features", {pbdsurg::ContactFeatures::all});
-  press(mesh, "with friction", {pbdsurg::ContactFeatures::all, 0.3F});
+  press(mesh, "vertices alone", {pbdsurg::ContactFeatures::vertices});
+  press(mesh, "all features", {});
+  press(mesh, "with friction", {.friction = 0.3F});
 } catch (const std::exception& error) {
   std::fprintf(stderr, "press: %s\n", error.what());
   return 2;

@@ -20,8 +20,12 @@ pbdsurg::TetMesh mesh_of(const pbdsurg::ImplicitShape& shape) {
   return pbdsurg::tetrahedralize(shape, options).mesh;
 }
 
-Eigen::Vector3f lowest(const pbdsurg::Surface& skin) {
-  return *std::ranges::min_element(skin.positions(), {}, [](const auto& x) { return x.z(); });
+constexpr float kHookRadius = 0.5e-3F;  // m
+
+// Where the hook touches the skin from below.
+Eigen::Vector3f below(const pbdsurg::Surface& skin) {
+  return *std::ranges::min_element(skin.positions(), {}, [](const auto& x) { return x.z(); }) -
+         kHookRadius * Eigen::Vector3f::UnitZ();
 }
 
 ToolPose at(const Eigen::Vector3f& tip) {
@@ -45,14 +49,15 @@ int main() try {
   const Eigen::Vector3f fundus(-0.01F, 0, 0);
   const pbdsurg::ToolId grasper = world.add_tool({}, at(fundus));
   const pbdsurg::ToolId hook =
-      world.add_tool({{{0, 0, 0}, {0, 0, -0.1F}, 0.5e-3F}}, at(lowest(skin)));
+      world.add_tool({{{0, 0, 0}, {0, 0, -0.1F}, kHookRadius}}, at(below(skin)));
+  world.couple(hook, {.stiffness = 300});  // N/m, of a hand
   const pbdsurg::CauteryId burner = world.add_cautery(hook, {liver, sac});
   std::printf("the grasper holds %zu vertices\n", world.grasp_near(grasper, sac, 12e-3F).size());
 
   pbdsurg::Index tets = 0, strands = 0;
   for (int step = 0; step < 240; ++step) {
     world.move(grasper, at(fundus - Eigen::Vector3f(0, 0, 5e-5F * static_cast<float>(step))));
-    world.move(hook, at(lowest(skin)));  // touches the gallbladder from below
+    world.move(hook, at(below(skin)));
     const bool pedal = step >= 40;
     world.energise(burner, pedal ? pbdsurg::cut_settings(60) : pbdsurg::off_settings());
     const pbdsurg::Frame frame = world.step(5e-3);

@@ -54,8 +54,9 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
   RenderSnapshot snapshot;
   snapshot.surfaces = std::move(state.whole);
   snapshot.sheets = std::move(state.sheets);
-  snapshot.tools = {draw_grasper(simulation.grasper.pose(), !simulation.grasper.held.empty()),
-                    draw_hook(simulation.hook.pose())};
+  snapshot.tools = {
+      draw_grasper(simulation.pose_of(simulation.grasper), !simulation.grasper.held.empty()),
+      draw_hook(simulation.pose_of(simulation.hook))};
   snapshot.smoke.assign(smoke_.puffs().begin(), smoke_.puffs().end());
   snapshot.haze = smoke_.haze();
   snapshot.camera = camera_for(name);

@@ -34,6 +34,9 @@ const std::vector<Capsule>& grasper_capsules() {
   return capsules;
 }
 
+// Tissue pushes a hand away, however hard the script aims through it.
+constexpr pbdsurg::ToolCoupling kHand{.stiffness = 500};  // N/m
+
 pbdsurg::CauteryOptions hook_options() {
   pbdsurg::CauteryOptions options;
   options.contact_radius = 1.5e-3;
@@ -120,6 +123,9 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
       cautery(world.cautery(burner)),
       times(stage_times),
       seed_(seed) {
+  for (const Instrument& instrument : {grasper, hook}) {
+    world.couple(instrument.tool, kHand);
+  }
   find_surfaces();
 }
 
@@ -207,8 +213,9 @@ void Simulation::count(const pbdsurg::CauteryReport& report) {
 std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
   constexpr std::size_t kFewest = 4;
   std::vector<pbdsurg::Index> vertices;
+  const Eigen::Vector3f tip = pose_of(grasper).translation();
   for (const float factor : {1.0F, 2.0F, 4.0F, 8.0F}) {
-    vertices = pbdsurg::find_vertices_near(solver, body_of(organ), grasper.tip, factor * radius);
+    vertices = pbdsurg::find_vertices_near(solver, body_of(organ), tip, factor * radius);
     if (vertices.size() >= kFewest) {
       break;
     }
@@ -216,6 +223,7 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
   if (vertices.empty()) {
     throw CannotGoOn(std::string("the grasper finds no ") + pbdsurg::name_of(organ) + " to hold");
   }
+  world.couple(grasper.tool, {});  // what holds is where it is to be
   world.grasp(grasper.tool, vertices);
   grasper.held = vertices;
   return vertices;
@@ -223,7 +231,13 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
 
 void Simulation::release() {
   world.release(grasper.tool);
+  world.couple(grasper.tool, kHand);
   grasper.held.clear();
+}
+
+pbdsurg::ToolPose Simulation::pose_of(const Instrument& instrument) const {
+  return Eigen::Translation3f(solver.tool_displacement(instrument.tool)) *
+         world.pose(instrument.tool);
 }
 
 void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, float speed) {

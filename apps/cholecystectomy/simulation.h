@@ -129,6 +129,9 @@ class Simulation {
   std::vector<pbdsurg::Index> grasp(Organ organ, float radius);
   void release();
 
+  /// Where an instrument is, as tissue lets it.
+  [[nodiscard]] pbdsurg::ToolPose pose_of(const Instrument& instrument) const;
+
   /// Moves a tip towards a point, at most at a speed, m/s.
   void approach(Instrument& instrument, const Eigen::Vector3f& point, float speed);
 

@@ -190,6 +190,7 @@ void ToolBuffers::write_meeters(const CopyState& copy, const CopyTools& tools, I
                  tool.spring.displacement,
                  tool.is_coupled() ? copy.spring_compliance(tool) : 0.0F,
                  tool.stride(),
+                 way_of(tool),
                  tool.surface.friction,
                  tool.meets_triangles()};
     remembered += remembered_count;

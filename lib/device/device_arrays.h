@@ -356,7 +356,7 @@ struct MeeterInput {
   Index first_remembered, remembered_count;  ///< when the part of the step begins
   Vec3<float> displacement;                  ///< m, of a coupled tool, likewise
   float compliance;                          ///< m/N, of its spring; zero where it has none
-  float stride;                              ///< m, see end_spring()
+  float stride, way;                         ///< m, see end_spring()
   float friction;                            ///< coefficient
   bool meets_triangles;                      ///< and edges
 };

@@ -109,9 +109,14 @@ void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
 }
 
 ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
+  const Eigen::Vector3f displacement = tool_displacement(tool, copy);
+  return Eigen::Translation3f(displacement) * data_->copy(copy).tools[tool].pose;
+}
+
+Eigen::Vector3f Solver::tool_displacement(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
-  return Eigen::Translation3f(vector_of(state.spring.displacement)) * state.pose;
+  return vector_of(state.spring.displacement);
 }
 
 ToolPose Solver::tool_target(ToolId tool, Index copy) const {

@@ -13,7 +13,10 @@
 namespace pbdsurg {
 namespace {
 
-Electrode placed(const Electrode& electrode, const ToolPose& pose) {
+// Where a tool's electrode will be, as far as that is known before the step.
+Electrode placed(const Electrode& electrode, const Solver& solver, ToolId tool) {
+  const ToolPose pose =
+      Eigen::Translation3f(solver.tool_displacement(tool)) * solver.tool_target(tool);
   return {pose * electrode.tip, pose * electrode.heel};
 }
 
@@ -34,9 +37,9 @@ class Stopwatch {
 void World::Data::heat(double dt, Frame& frame, std::vector<EditRequest>& requests) {
   for (const auto& burner : burners) {
     EditRequest request{EditSource::heat, {}, static_cast<Index>(frame.cauteries.size())};
-    frame.cauteries.push_back(burner->cautery.heat(
-        *solver, placed(burner->setup.electrode, solver->tool_target(burner->setup.tool)),
-        burner->settings, dt, request.edit));
+    frame.cauteries.push_back(
+        burner->cautery.heat(*solver, placed(burner->setup.electrode, *solver, burner->setup.tool),
+                             burner->settings, dt, request.edit));
     requests.push_back(std::move(request));
   }
 }

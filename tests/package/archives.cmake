@@ -26,7 +26,7 @@ function(run_programs folder)
     endif()
   endforeach()
   run("${folder}/bin/pbdsurg" mesh info "${CONSUMER_DIR}/two.vtk")
-  run("${folder}/bin/cholecystectomy" --headless --no-pictures --time-scale 0.01 --out "${WORK_DIR}/demo")
+  run("${folder}/bin/cholecystectomy" --headless --no-pictures --time-scale 0.05 --out "${WORK_DIR}/demo")
 endfunction()
 
 file(GLOB archive "${packages}/pbdsurg-${VERSION}-*.tar.gz")

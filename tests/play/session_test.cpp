@@ -159,10 +159,7 @@ TEST_CASE("session: jaws that are pushed deep grasp", "[session]") {
   PlayedSession play;
   const Eigen::Vector3f skin = play.farthest(Organ::gallbladder, {0, 0, -1});
   play.go(0, skin, 20);
-  for (float deep = 0; play.whole().grasper.distance < 0.007F; deep += 0.001F) {
-    REQUIRE(deep < 0.025F);
-    play.go(0, skin + deep * Eigen::Vector3f::UnitZ(), 2);
-  }
+  play.go(0, skin + 0.015F * Eigen::Vector3f::UnitZ(), 30);
   play.hands[0].set_jaw(0);
   play.step(1);
   CHECK(play.count(Event::missed) == 0);
@@ -301,12 +298,12 @@ TEST_CASE("session: strokes are taken back one by one, eight at most", "[session
     play.step(stroke == 8 ? 60 : 8);
     play.hands[1].set_pedals({});
     play.step(3);
-    play.hands[1].move({0, 0, 0.08F});
+    play.hands[1].move({0, 0, -0.08F});
     play.step(40);
     play.hands[1].set_pedals({.cut = true});  // in the air again
     play.step(2);
     play.hands[1].set_pedals({});
-    play.hands[1].move({0, 0, -0.08F});
+    play.hands[1].move({0, 0, 0.08F});
     play.step(40);
   }
   for (std::size_t i = 0; i < Session::kMostStrokes; ++i) {
@@ -364,12 +361,13 @@ TEST_CASE("session: an undo of a pull brings strands back and leaves hands alone
   SceneState state = play.whole();
   CHECK(state.grasper.is_closed);
   CHECK_FALSE(state.grasper.is_holding);
-  CHECK(state.grasper.pose.translation() == tip);
+  constexpr float kPushed = 2e-3F;  // m, at most, by tissue
+  CHECK((state.grasper.pose.translation() - tip).norm() < kPushed);
   play.step(20);
   state = play.whole();
   CHECK(play.count(Event::grasped) == 1);  // jaws that are closed take nothing by themselves
   CHECK(play.count(Event::missed) == 0);
-  CHECK(state.grasper.pose.translation() == tip);
+  CHECK((state.grasper.pose.translation() - tip).norm() < kPushed);
 }
 
 // Would catch jaws that lose what they held over a burn, or leap with it to a hand far away.

@@ -165,7 +165,8 @@ void Session::work_jaws(float jaw, EventCounts& events) {
     grasp_ = pbdsurg::GraspState::open;
   } else if (!is_closed_ && jaw < kClosed) {
     is_closed_ = true;
-    const Nearest nearest = nearest_organ(*simulation_, grasper.tip);
+    const Nearest nearest =
+        nearest_organ(*simulation_, simulation_->pose_of(grasper).translation());
     // a hand that pushes takes the tip deeper than the skin goes along
     const bool is_pushing = !simulation_->world.force(grasper.tool).isZero(0);
     const bool is_near = nearest.distance < (is_pushing ? kPushReach : kJawReach);
@@ -253,9 +254,10 @@ void Session::put_hands(const Simulation& before) {
 void Session::fill(SceneState& state, const Seen& seen) {
   feed_.fill(state, seen);
   const auto of = [&](const Instrument& instrument) {
-    return InstrumentState{simulation_->world.pose(instrument.tool), false,
-                           !instrument.held.empty(), simulation_->world.force(instrument.tool),
-                           nearest_organ(*simulation_, instrument.tip).distance};
+    const pbdsurg::ToolPose pose = simulation_->pose_of(instrument);
+    return InstrumentState{pose, false, !instrument.held.empty(),
+                           simulation_->world.force(instrument.tool),
+                           nearest_organ(*simulation_, pose.translation()).distance};
   };
   state.grasper = of(simulation_->grasper);
   state.grasper.is_closed = is_closed_;

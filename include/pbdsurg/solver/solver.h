@@ -326,9 +326,9 @@ class PBDSURG_API Solver {
   /// @{
 
   /// Adds an instrument to all copies. It pushes out of its capsules what of tissue its surface
-  /// says: by default vertices alone, without friction, so a capsule thinner than an edge can pass
-  /// through a face. The first tool that meets edges and triangles has the surfaces of all bodies
-  /// found, in O(T log T) of their tetrahedra.
+  /// says: by default vertices, edges and triangles, without friction. The first such tool has the
+  /// surfaces of all bodies found, in O(T log T) of their tetrahedra. What a tool meets first from
+  /// within its tissue, as where heat has let it in, it does not push.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
   /// @param joints    [m] from the shaft outwards, all at an angle of 0: a joint that turns some of
   ///                  the capsules of one before it turns no others, and is carried along by that
@@ -371,6 +371,8 @@ class PBDSURG_API Solver {
 
   /// Where a tool is; if it is coupled, where tissue lets it be.
   [[nodiscard]] ToolPose tool_pose(ToolId tool, Index copy = 0) const;
+  /// m, from where it is to be to where it is; zero, but of a coupled tool that tissue pushes.
+  [[nodiscard]] Eigen::Vector3f tool_displacement(ToolId tool, Index copy = 0) const;
   /// Where it is to be at the end of the next step: as move_tool() said.
   [[nodiscard]] ToolPose tool_target(ToolId tool, Index copy = 0) const;
 

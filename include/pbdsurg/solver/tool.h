@@ -40,13 +40,13 @@ struct ToolJoint {
 
 /// What of tissue meets a tool.
 enum class ContactFeatures : std::uint8_t {
-  vertices,  ///< alone: a capsule thinner than an edge can pass through a face
+  vertices,  ///< alone, which costs least: a capsule thinner than an edge can pass through a face
   all,       ///< vertices, and edges and triangles of surfaces between them
 };
 
-/// How a tool's surface meets tissue. By default it is smooth, and only vertices meet it.
+/// How a tool's surface meets tissue. By default it is smooth.
 struct ToolSurface {
-  ContactFeatures features = ContactFeatures::vertices;  ///< what it pushes
+  ContactFeatures features = ContactFeatures::all;  ///< what it pushes
   float friction = 0;  ///< Coulomb's coefficient, >= 0, at rest and sliding
 };
 

@@ -2,6 +2,7 @@
 #include "lib/solver/methods/coupled_tool.h"
 
 #include "lib/solver/methods/contact_multipliers.h"
+#include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/spring_motion.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/solver_options.h"
@@ -34,7 +35,7 @@ void balance_coupling(const StepContext& step, const Substep<float>& lengths, To
 
 void end_coupling(ToolState& tool) {
   if (tool.is_coupled()) {
-    end_spring(tool.stride(), tool.spring);
+    end_spring(tool.stride(), way_of(tool), tool.spring);
   }
 }
 

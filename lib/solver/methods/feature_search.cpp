@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "lib/solver/methods/feature_meeting.h"
@@ -181,6 +182,16 @@ class FeatureSearch {
 };
 
 }  // namespace
+
+float way_of(const ToolState& tool) {
+  float longest = 0;
+  for (std::size_t c = 0; c < tool.placed_capsules.size(); ++c) {
+    const auto [before, now] = swept_capsule(tool, c);
+    const Vector start = now.start - before.start, end = now.end - before.end;
+    longest = std::max({longest, dot(start, start), dot(end, end)});
+  }
+  return std::sqrt(longest);
+}
 
 ContactBox swept_box(const ToolState& tool) {
   ContactBox box;

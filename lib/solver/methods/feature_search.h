@@ -40,6 +40,9 @@ void find_surface_contacts(const StepContext& step, ToolState& tool, const NearF
   return {placed(tool.capsules_before[capsule]), placed(tool.placed_capsules[capsule])};
 }
 
+/// m, the longest of an end of a capsule.
+[[nodiscard]] PBDSURG_API float way_of(const ToolState& tool);
+
 /// What holds all that it may touch.
 [[nodiscard]] PBDSURG_API ContactBox swept_box(const ToolState& tool);
 

@@ -50,14 +50,18 @@ PBDSURG_DEVICE inline void balance_spring(float inverse_dt_squared, const AddAns
   }
 }
 
-/// After a substep: the tool is displaced by its shift.
-/// @param stride  m, by how much it may come back: its axis then has not passed what it meets
-PBDSURG_HOST_DEVICE inline void end_spring(float stride, ToolSpring& spring) {
+/// After a substep: the tool is displaced by its shift, as far as that is sound. It comes back by a
+/// stride at most, and gives way by no more than a stride beyond the way that it was moved: what
+/// tissue all around it would do, against itself, may have any size.
+/// @param stride  m, with which its axis has not passed what it meets
+/// @param way     m, of the tool in the substep, as it was told
+PBDSURG_HOST_DEVICE inline void end_spring(float stride, float way, ToolSpring& spring) {
   using std::sqrt;
   const Vec3<float> before = spring.displacement, after = before + spring.shift;
   const float square = dot(spring.shift, spring.shift);
-  const bool leaps_back = dot(after, after) < dot(before, before) && square > stride * stride;
-  spring.displacement = leaps_back ? before + (stride / sqrt(square)) * spring.shift : after;
+  const float most = dot(after, after) < dot(before, before) ? stride : stride + way;
+  spring.displacement =
+      square > most * most ? before + (most / sqrt(square)) * spring.shift : after;
   spring.shift = {};
 }
 

@@ -44,6 +44,14 @@ Index TissueSurface::triangle_count() const noexcept {
   return count;
 }
 
+std::size_t TissueSurface::slot_count() const noexcept {
+  std::size_t count = 0;
+  for (const std::unique_ptr<Surface>& surface : surfaces_) {
+    count += surface->triangles.size();
+  }
+  return count;
+}
+
 std::size_t TissueSurface::memory_bytes() const noexcept {
   std::size_t bytes = ranges_.capacity() * sizeof(SlotRange);
   for (const std::unique_ptr<Surface>& surface : surfaces_) {

@@ -41,6 +41,9 @@ class TissueSurface final : public Follower {
   /// Triangles of all bodies, as of the last refresh().
   [[nodiscard]] PBDSURG_API Index triangle_count() const noexcept;
 
+  /// As many of them, or more: with slots that have none.
+  [[nodiscard]] std::size_t slot_count() const noexcept;
+
   /// Of these: another number, other triangles.
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
 

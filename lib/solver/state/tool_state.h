@@ -78,7 +78,7 @@ struct ToolState {
   }
   [[nodiscard]] bool is_coupled() const noexcept { return coupling.stiffness < kInfinity; }
 
-  /// m, by how much its spring may take it back in a substep.
+  /// m, by how much its spring may take it back in a substep: see end_spring().
   [[nodiscard]] float stride() const noexcept {
     float least = kInfinity;
     for (const Capsule& capsule : capsules) {
