@@ -11,6 +11,7 @@
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "lib/solver/methods/spring_motion.h"
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
@@ -181,6 +182,26 @@ TEST_CASE("coupled tool: what tissue lets go of comes back in strides", "[unit]"
   }
   testing::run(solver, kStep, 0.1F);
   CHECK(pulled(solver, tool).norm() == 0);
+}
+
+// Would catch a tool that leaves the room, as tissue all around it presses on it with thousands of
+// newtons that are against each other.
+TEST_CASE("coupled tool: it gives way no farther than it is moved, and a stride", "[unit]") {
+  constexpr float kStride = 0.25e-3F, kWay = 4e-3F;
+  const float size = GENERATE(1e-4F, 1e-3F, 25.0F);  // m
+  const Vec3<float> before{0, 0, 1e-3F};
+  SECTION("away") {
+    ToolSpring spring{before, {size, 0, 0}, 1};
+    end_spring(kStride, kWay, spring);
+    CHECK(spring.displacement.x == Approx(std::min(size, kStride + kWay)));
+    CHECK(spring.displacement.z == before.z);
+    CHECK(spring.shift.x == 0);
+  }
+  SECTION("back") {
+    ToolSpring spring{before, {0, 0, -std::min(size, before.z)}, 1};
+    end_spring(kStride, kWay, spring);
+    CHECK(spring.displacement.z == Approx(before.z - std::min(size, kStride)));
+  }
 }
 
 // Would catch a displacement that a snapshot or a compaction forgets, and an order of contacts that
