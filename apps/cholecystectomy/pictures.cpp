@@ -44,7 +44,8 @@ void PictureRecorder::step(const Simulation& simulation, double) {
     feed_.emplace(simulation, backdrop_, 1);
   }
   const double power = simulation.last_burn.energy / simulation.time_step;
-  smoke_.advance(simulation.time_step, simulation.hook.tip, power, Smoke::kSuction);
+  smoke_.advance(simulation.time_step, simulation.pose_of(simulation.hook).translation(), power,
+                 Smoke::kSuction);
 }
 
 void PictureRecorder::moment(const Simulation& simulation, const std::string& name) {

@@ -90,7 +90,7 @@ StageTimer::~StageTimer() {
 pbdsurg::ToolPose Instrument::pose() const {
   pbdsurg::ToolPose pose = pbdsurg::ToolPose::Identity();
   pose.linear() = orientation.toRotationMatrix();
-  pose.translation() = tip;
+  pose.translation() = tip + offset;
   return pose;
 }
 
@@ -223,7 +223,8 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
   if (vertices.empty()) {
     throw CannotGoOn(std::string("the grasper finds no ") + pbdsurg::name_of(organ) + " to hold");
   }
-  world.couple(grasper.tool, {});  // what holds is where it is to be
+  grasper.offset = solver.tool_displacement(grasper.tool);
+  world.couple(grasper.tool, {});  // what holds has no spring
   world.grasp(grasper.tool, vertices);
   grasper.held = vertices;
   return vertices;
@@ -232,6 +233,7 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
 void Simulation::release() {
   world.release(grasper.tool);
   world.couple(grasper.tool, kHand);
+  grasper.offset.setZero();
   grasper.held.clear();
 }
 

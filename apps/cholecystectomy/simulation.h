@@ -81,6 +81,8 @@ struct Instrument {
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
   bool is_aimed = true;  ///< the shaft turns to the port by itself, but while tissue is held
   std::vector<pbdsurg::Index> held{};  ///< scene vertices
+  /// m, from where it is wanted: how far tissue had pushed it when it closed, while it holds that.
+  Eigen::Vector3f offset{0, 0, 0};
 
   [[nodiscard]] pbdsurg::ToolPose pose() const;
 };

@@ -29,6 +29,7 @@ constexpr float kJaws = 20e-3F;
 constexpr float kPress = 3e-3F;
 const Eigen::Vector3f kBeside(12e-3F, 8e-3F, 0);  // of the hook
 
+constexpr ToolSurface kVertices{ContactFeatures::vertices};  // as recorded results have it
 constexpr float kShaftRadius = 2.5e-3F;
 constexpr float kShaft = 0.2F;
 
@@ -58,10 +59,10 @@ FrameWorld::FrameWorld(const Scene& scene, const SolverOptions& options, double 
   aim();
   hook_ = world_.add_tool(
       {{{0, 0, 0}, {0, 0, kWire}, kWireRadius}, {{0, 0, kWire}, {0, 0, kShaft}, kShaftRadius}},
-      hook_pose_);
+      hook_pose_, kVertices);
   grasper_ = world_.add_tool(
       {{{0, 0, 0}, {0, 0, kJaws}, kJawRadius}, {{0, 0, kJaws}, {0, 0, kShaft}, kShaftRadius}},
-      grasper_pose_);
+      grasper_pose_, kVertices);
   const std::array bodies{world_.find_body("gallbladder"), world_.find_body("liver")};
   making_.heat = time_of([&] { burner_ = world_.add_cautery(hook_, bodies); });
   making_.surfaces = time_of([&] {

@@ -65,7 +65,8 @@ Operation::Operation(const TetMesh& liver, const SolverOptions& options,
   });
   world_.set_gravity({0, 0, -9.81F});
   const Eigen::Vector3f below(0, 0, static_cast<float>(box.min().z()) - kWait);
-  hook_ = world_.add_tool({{{0, 0, 0}, {0, 0, -0.1F}, 0.5e-3F}}, at(below));
+  hook_ = world_.add_tool({{{0, 0, 0}, {0, 0, -0.1F}, 0.5e-3F}}, at(below),
+                          {ContactFeatures::vertices});
 
   const std::int64_t before_heat = heap_bytes();
   burner_ = world_.add_cautery(hook_, {body}, cautery);

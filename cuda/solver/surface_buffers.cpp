@@ -79,7 +79,7 @@ void SurfaceBuffers::upload_triangles(const TissueSurface& surface, Index vertex
   arrays_.triangles =
       triangles_.upload({all.empty() ? nullptr : all.front().data(), 3 * all.size()}, stream);
   arrays_.triangle_count = static_cast<Index>(all.size());
-  std::vector<Index> first(all.empty() ? 0 : static_cast<std::size_t>(vertex_room), kInvalidIndex);
+  std::vector<Index> first(static_cast<std::size_t>(vertex_room), kInvalidIndex);
   std::vector<Index> next(3 * all.size(), kInvalidIndex);
   for (auto corner = static_cast<Index>(next.size()) - 1; corner >= 0; --corner) {
     const Index place = all[corner / 3][corner % 3];

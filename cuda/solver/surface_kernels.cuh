@@ -667,7 +667,7 @@ __global__ void __launch_bounds__(kToolThreads)
         (table<MeeterInput>(input, input->meeters) + of_pusher(substep, input->meeter_count))[m];
     ToolSpring& spring = surfaces.springs[m];
     if (meeter.compliance > 0) {
-      end_spring(meeter.stride, meeter.way, spring);
+      end_spring(meeter.stride, meeter.way, input->h, spring);
     }
     if (tells) {
       surfaces.told_springs[m] = spring;

@@ -27,7 +27,8 @@ struct ContactProbe::Data {
 
   NearTriangles near;
   std::vector<ToolPoint> points;
-  ContactPatch patch;  // of make_contact_packet()
+  ContactPatch patch;                     // of make_contact_packet()
+  Eigen::Vector3f displacement{0, 0, 0};  // m, of the tool, if a spring holds it
 
   // scratch
   std::vector<ToolPoint> balls;
@@ -48,6 +49,7 @@ void ContactProbe::Data::begin(const Solver& solver, ToolId tool, GraspState gra
   }
   check(std::isfinite(time), "the time of a contact patch", time, "finite");
   near.check_tissue(solver.tissue());
+  displacement = solver.tool_displacement(tool);
   into.pose = solver.tool_pose(tool);
   into.force = solver.tool_force(tool);
   into.sequence = sequence;
@@ -68,6 +70,13 @@ void ContactProbe::Data::end(ContactPatch& into) {
     into.points.push_back({points[i], cull.reaches()[i]});
   }
   into.triangles.assign(cull.triangles().begin(), cull.triangles().end());
+  // a hand is where the tool is to be, and feels there what the tool feels
+  into.pose.pretranslate(-displacement);
+  for (PatchTriangle& triangle : into.triangles) {
+    for (Eigen::Vector3f& corner : triangle.corners) {
+      corner -= displacement;
+    }
+  }
 }
 
 ContactProbe::ContactProbe(const Solver& solver, std::span<const Index> bodies,

@@ -284,7 +284,7 @@ struct SurfaceArrays {
   Index* first_holds = nullptr;       ///< [copy][capacity] of a place, the last, or kInvalidIndex
   Index* next_holds = nullptr;    ///< [copy][hold] the one before at its place, or kInvalidIndex
   RigidContact* rigid = nullptr;  ///< [copy][contact_room]
-  ToolSpring* springs = nullptr;  ///< [copy][meeter_room] of coupled tools
+  ToolSpring* springs = nullptr;  ///< [copy][meeter_room] yield 0 of those that have none
   // of the substep before, but for the first
   RememberedContact* remembered = nullptr;  ///< [copy][contact_room]
   Index* remembered_ends = nullptr;         ///< [copy][1 + meeter_room]

@@ -147,6 +147,20 @@ TEST_CASE("contact probe: tissue is told before touch, and pushes as in the simu
   CHECK(secant < kLeastStiffness);
 }
 
+// Would catch planes where a spring has let the tool be: a hand, which is deeper, would feel too
+// much, or nothing once it is out of their reach.
+TEST_CASE("contact probe: a hand feels at its place what a tool on a spring feels", "[unit]") {
+  Press press({{{0, 0, 0}, {0, 0, 0}, kRadius}});
+  Solver& solver = press.solver();
+  solver.couple_tool(press.tool(), {.stiffness = 50});
+  const ContactPacket packet = press.packet_at(-6e-3F);
+  const ToolPose hand = solver.tool_target(press.tool());
+  CHECK(solver.tool_displacement(press.tool()).y() > 2e-3F);
+  REQUIRE(packet.plane_count == 1);
+  CHECK((pose_of(packet).translation() - hand.translation()).norm() < 1e-7F);
+  CHECK((plane_force(packet, hand) - solver.tool_force(press.tool())).norm() < 2e-3F);
+}
+
 TEST_CASE("contact probe: what is held pulls as in the simulation", "[unit]") {
   Press press({});
   press.packet_at(0.5e-3F);

@@ -104,7 +104,7 @@ void RandomTouches::change_tool(Choices& choices, Solver& solver, Solver* twin) 
   if (choices.below(2) == 0) {
     both(solver, twin, [&](Solver& each) { each.remove_tool(tool); });
     tools_.pop_back();
-  } else if (is_on_host(solver)) {
+  } else {
     const float stiffness =
         choices.one_of(std::array{0.5F, 500.0F, std::numeric_limits<float>::infinity()});
     both(solver, twin, [&](Solver& each) {

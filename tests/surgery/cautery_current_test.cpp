@@ -86,7 +86,8 @@ TEST_CASE("cautery: a tip between vertices touches", "[unit]") {
   CHECK(report.resistance - 150 < 1.4 * disk);
 }
 
-// Would catch a contact that is lost because tools push vertices alone and pass through faces.
+// Would catch a contact that is lost where a tool that meets vertices alone has passed through a
+// face.
 TEST_CASE("cautery: a tip within the tissue touches, one as far outside does not", "[unit]") {
   const CauteryBlock block;
   Solver solver(block.scene);

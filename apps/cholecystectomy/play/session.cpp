@@ -131,8 +131,8 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
     const auto found = stages.find(stage);
     return stages_[stage] - (found == stages.end() ? 0 : found->second);
   };
-  smoke_.advance(kTimeStep, simulation_->hook.tip, simulation_->last_burn.energy / kTimeStep,
-                 Smoke::kSuction);
+  smoke_.advance(kTimeStep, simulation_->pose_of(simulation_->hook).translation(),
+                 simulation_->last_burn.energy / kTimeStep, Smoke::kSuction);
   times_ = {taken("cautery"), taken("tearing"), taken("solve"), taken("readback"), 0};
   if (simulation_->totals.tets_deleted > totals.tets_deleted) {
     count(events, Event::tissue_removed);

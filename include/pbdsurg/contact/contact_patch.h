@@ -64,6 +64,9 @@ struct PatchPoint {
 ///       packets.publish();
 ///     }
 ///
+/// A tool on a spring is not where the hand is: its patch is moved by what tissue displaces it, so
+/// that a hand feels at its own place what the tool feels at its.
+///
 /// Lists keep their memory, so a mailbox of patches allocates only where more tissue is near than
 /// ever before.
 struct ContactPatch {
@@ -72,7 +75,7 @@ struct ContactPatch {
 
   std::uint64_t sequence = 0;              ///< of the step, above zero; 0 is no patch
   double time = 0;                         ///< s, of the step
-  ToolPose pose = ToolPose::Identity();    ///< of the tool after it
+  ToolPose pose = ToolPose::Identity();    ///< of the tool after it; on a spring, where it is to be
   Eigen::Vector3f force{0, 0, 0};          ///< N, of the tissue on the tool in it
   GraspState grasp = GraspState::open;     ///< what the tool does to tissue
   std::vector<PatchPoint> points{};        ///< [n] of the tool, at most as many as a packet's

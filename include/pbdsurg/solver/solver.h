@@ -359,7 +359,9 @@ class PBDSURG_API Solver {
   /// Ties a tool in all copies to where it is to be by a spring, from the next step on, or ties it
   /// no more. Where nothing pushes it, it is where it is to be. Where tissue does, the spring bears
   /// that: both are solved for together, however stiff the tissue is. A tool that tissue lets go of
-  /// comes back by half its least radius a substep at most, so that it meets what is in its way.
+  /// comes back by half its least radius a substep at most, so that it meets what is in its way;
+  /// one that tissue pushes goes along at up to 1 m/s beyond its own way. One that is tied no more
+  /// is where it was, and travels in the next step to where it is to be.
   /// @throws InvalidArgument     naming the stiffness that is not positive, the tool that there is
   ///                             not, that meets no surfaces (see ToolSurface) or holds something;
   ///                             in explicit steps
@@ -371,7 +373,7 @@ class PBDSURG_API Solver {
 
   /// Where a tool is; if it is coupled, where tissue lets it be.
   [[nodiscard]] ToolPose tool_pose(ToolId tool, Index copy = 0) const;
-  /// m, from where it is to be to where it is; zero, but of a coupled tool that tissue pushes.
+  /// m, from where it is to be to where it is; zero unless it is coupled and tissue pushes it.
   [[nodiscard]] Eigen::Vector3f tool_displacement(ToolId tool, Index copy = 0) const;
   /// Where it is to be at the end of the next step: as move_tool() said.
   [[nodiscard]] ToolPose tool_target(ToolId tool, Index copy = 0) const;

@@ -351,7 +351,7 @@ class PBDSURG_API World {
   [[nodiscard]] GripReport grip(ToolId tool) const;
   /// Lets go of everything the tool holds.
   void release(ToolId tool);
-  /// Where it is to be at the end of the next step, and is after it.
+  /// Where it is to be at the end of the next step, and is after it unless a spring holds it.
   [[nodiscard]] ToolPose pose(ToolId tool) const;
   /// rad, likewise of a joint.
   [[nodiscard]] float joint_angle(ToolId tool, Index joint) const;

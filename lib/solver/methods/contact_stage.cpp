@@ -176,7 +176,7 @@ void feel_contact(const SurfaceContact& contact, const Vec3<float>& push, float 
 void remember_contacts(const StepContext& step, const Substep<float>& lengths) {
   for (ToolState& tool : step.copy.tools) {
     remember_contacts(tool, lengths.inverse_dt_squared);
-    end_coupling(tool);
+    end_coupling(step, tool);
   }
   remember_touches(step, lengths);
 }

@@ -33,9 +33,9 @@ void balance_coupling(const StepContext& step, const Substep<float>& lengths, To
   balance_spring(lengths.inverse_dt_squared, add_answers, tool.spring);
 }
 
-void end_coupling(ToolState& tool) {
+void end_coupling(const StepContext& step, ToolState& tool) {
   if (tool.is_coupled()) {
-    end_spring(tool.stride(), way_of(tool), tool.spring);
+    end_spring(tool.stride(), way_of(tool), step.data.part.h, tool.spring);
   }
 }
 

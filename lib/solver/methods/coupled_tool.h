@@ -27,6 +27,6 @@ void begin_coupling(const StepContext& step, const Substep<float>& lengths, Tool
 void balance_coupling(const StepContext& step, const Substep<float>& lengths, ToolState& tool);
 
 /// After a substep: see end_spring().
-void end_coupling(ToolState& tool);
+void end_coupling(const StepContext& step, ToolState& tool);
 
 }  // namespace pbdsurg

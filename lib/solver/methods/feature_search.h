@@ -22,7 +22,8 @@ namespace pbdsurg {
 /// axis is straight above it, or the axis pierces it; so each place of touch belongs to one of
 /// them. A feature stays on the side where the tool met it first, for as long as they are near.
 ///
-/// Cost: O(n log n) of n near ones, and O(vertices + triangles) where these are not listed.
+/// Cost: O(n log n) of n near ones, O(n) for each that is met and was not before, and
+/// O(vertices + triangles) where near ones are not listed.
 /// @param tool     placed at the end of the substep and, in `capsules_before`, at its start
 /// @param near     what its capsules may touch; null: anything
 /// @param lengths  of the substep
@@ -40,7 +41,7 @@ void find_surface_contacts(const StepContext& step, ToolState& tool, const NearF
   return {placed(tool.capsules_before[capsule]), placed(tool.placed_capsules[capsule])};
 }
 
-/// m, the longest of an end of a capsule.
+/// m, the longest way of an end of its capsules.
 [[nodiscard]] PBDSURG_API float way_of(const ToolState& tool);
 
 /// What holds all that it may touch.

@@ -18,7 +18,7 @@ namespace pbdsurg {
 /// Before contacts are met: projections have no multipliers yet, so the tool is where it is to be;
 /// vertex blocks go on from those of the substep before.
 /// @param compliance  m/N
-/// @param goes_on     whether these do
+/// @param goes_on     whether multipliers carry over from the substep before
 PBDSURG_HOST_DEVICE inline void begin_spring(float compliance, float inverse_dt_squared,
                                              bool goes_on, ToolSpring& spring) {
   spring.yield = compliance * inverse_dt_squared;
@@ -51,15 +51,17 @@ PBDSURG_DEVICE inline void balance_spring(float inverse_dt_squared, const AddAns
 }
 
 /// After a substep: the tool is displaced by its shift, as far as that is sound. It comes back by a
-/// stride at most, and gives way by no more than a stride beyond the way that it was moved: what
-/// tissue all around it would do, against itself, may have any size.
+/// stride at most, and gives way by no more than that beyond the way that it was moved and what
+/// the fastest tissue goes: what tissue all around it does, against itself, may have any size.
 /// @param stride  m, with which its axis has not passed what it meets
 /// @param way     m, of the tool in the substep, as it was told
-PBDSURG_HOST_DEVICE inline void end_spring(float stride, float way, ToolSpring& spring) {
+/// @param h       s, of the substep
+PBDSURG_HOST_DEVICE inline void end_spring(float stride, float way, float h, ToolSpring& spring) {
+  constexpr float kFastest = 1;  // m/s, of tissue that pushes
   using std::sqrt;
   const Vec3<float> before = spring.displacement, after = before + spring.shift;
   const float square = dot(spring.shift, spring.shift);
-  const float most = dot(after, after) < dot(before, before) ? stride : stride + way;
+  const float most = dot(after, after) < dot(before, before) ? stride : stride + way + kFastest * h;
   spring.displacement =
       square > most * most ? before + (most / sqrt(square)) * spring.shift : after;
   spring.shift = {};

@@ -15,6 +15,7 @@
 #include "pbdsurg/solver/tool.h"
 
 #include "lib/solver/state/grip_state.h"
+#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/surface_contact.h"
 #include "lib/solver/state/tool_spring.h"
 
@@ -52,7 +53,7 @@ struct ToolState {
   ToolPose pose;    ///< at the end of the last step
   ToolPose target;  ///< at the end of the next step
   std::vector<Attachment> attachments{};
-  // where it would be, did its spring not give way
+  // the next four without the displacement of its spring
   ToolPose placed_before = ToolPose::Identity();  ///< at the start of the current substep
   ToolPose placed = ToolPose::Identity();         ///< at its end
   std::vector<Capsule> placed_capsules{};         ///< in the world, likewise
@@ -73,6 +74,7 @@ struct ToolState {
   void couple(const ToolCoupling& by) noexcept {
     coupling = by;
     if (!is_coupled()) {
+      pose.translation() += vector_of(spring.displacement);  // from where it goes on
       spring = {};
     }
   }
