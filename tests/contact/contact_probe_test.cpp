@@ -156,7 +156,7 @@ TEST_CASE("contact probe: a hand feels at its place what a tool on a spring feel
   const ContactPacket packet = press.packet_at(-6e-3F);
   const ToolPose hand = solver.tool_target(press.tool());
   CHECK(solver.tool_displacement(press.tool()).y() > 2e-3F);
-  REQUIRE(packet.plane_count == 1);
+  REQUIRE(packet.plane_count > 0);
   CHECK((pose_of(packet).translation() - hand.translation()).norm() < 1e-7F);
   CHECK((plane_force(packet, hand) - solver.tool_force(press.tool())).norm() < 2e-3F);
 }
