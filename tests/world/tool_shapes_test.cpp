@@ -89,6 +89,30 @@ TEST_CASE("tool shapes: a world in a file goes on with them, to the bit", "[prop
   }
 }
 
+// Would catch a cautery that heats where its tool is to be: within the slab, which a soft spring
+// keeps it out of.
+TEST_CASE("tool shapes: a cautery heats where its tool is", "[unit]") {
+  constexpr float kRadius = 2e-3F, kSurface = 2 * static_cast<float>(testing::kEdge);
+  const bool is_below = GENERATE(false, true);  // the electrode, on the ball
+  World world({.damping = 20});
+  const BodyId slab = world.add_body("slab", testing::slab(0), tissues::fat());
+  world.fix(slab, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * testing::kEdge; });
+  world.set_gravity({0, 0, 0});
+  const auto above = [](float height) { return at({6e-3F, 6e-3F, kSurface + kRadius + height}); };
+  const ToolId ball = world.add_tool({{{0, 0, 0}, {0, 0, 0}, kRadius}}, above(1e-3F));
+  world.couple(ball, {.stiffness = 1});
+  const Eigen::Vector3f tip(0, 0, is_below ? -kRadius : kRadius);
+  const CauteryId burner = world.add_cautery(ball, {slab}, {}, {tip, tip});
+  world.energise(burner, cut_settings(10));
+  Index touched = 0;
+  for (int i = 0; i <= 50; ++i) {
+    world.move(ball, above(1e-3F - 1e-4F * static_cast<float>(i)));
+    touched += world.step(kDt).cauteries.front().contact_vertices;
+  }
+  CHECK(world.solver().tool_displacement(ball).z() > 3e-3F);
+  CHECK((touched > 0) == is_below);
+}
+
 // Would catch a heat that looks for a tool that is not there.
 TEST_CASE("tool shapes: a tool with a cautery stays", "[errors]") {
   SlabWorld slabs;

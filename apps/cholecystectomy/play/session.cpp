@@ -17,9 +17,8 @@ constexpr float kClosed = 0.35F, kOpen = 0.65F;
 // How many edits an undo goes through, beside those of strokes that are longer: 0.06 ms each.
 constexpr std::size_t kMostEdits = 1000;
 
-constexpr float kJawReach = 6e-3F;    // m, from the tip to what jaws take
-constexpr float kPushReach = 15e-3F;  // m, while tissue presses on the grasper
-constexpr float kBite = 5e-3F;        // m, around the tip, of what they hold
+constexpr float kJawReach = 6e-3F;  // m, from the tip to what jaws take
+constexpr float kBite = 5e-3F;      // m, around the tip, of what they hold
 
 void count(EventCounts& events, Event event) {
   ++events[static_cast<std::size_t>(event)];
@@ -167,9 +166,7 @@ void Session::work_jaws(float jaw, EventCounts& events) {
     is_closed_ = true;
     const Nearest nearest =
         nearest_organ(*simulation_, simulation_->pose_of(grasper).translation());
-    // a hand that pushes takes the tip deeper than the skin goes along
-    const bool is_pushing = !simulation_->world.force(grasper.tool).isZero(0);
-    const bool is_near = nearest.distance < (is_pushing ? kPushReach : kJawReach);
+    const bool is_near = nearest.distance < kJawReach;
     if (is_near) {
       if (activation_ == Activation::none) {
         begin_stroke();
