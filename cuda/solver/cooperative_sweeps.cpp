@@ -113,7 +113,7 @@ class CooperativeSweeps final : public Sweeps {
       sweep(reach, arrays, substep, {first, end}, launch);
       if (arrays.has_meeters) {
         kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
-                                         arrays.input, launch);
+                                         arrays.input, substep, launch);
       }
       if (first == 0 && arrays.has_correction()) {
         correct(arrays, launch);

@@ -42,7 +42,7 @@ class LaunchedSweeps final : public Sweeps {
       if (moves_vertices(options_)) {  // tools act on vertices as these move
         if (arrays.has_meeters) {
           kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
-                                           arrays.input, launch);
+                                           arrays.input, substep, launch);
         }
         if (is_first && arrays.has_correction()) {
           correct(arrays, launch);
@@ -57,7 +57,8 @@ class LaunchedSweeps final : public Sweeps {
         kernels_.project_contacts(arrays.state, arrays.tools, arrays.input, launch);
       }
       if (arrays.has_meeters) {
-        kernels_.project_surface_contacts(arrays.state, arrays.tools, false, launch);
+        kernels_.project_surface_contacts(arrays.state, arrays.tools, arrays.input, substep, false,
+                                          launch);
       }
     }
   }

@@ -44,12 +44,17 @@ __device__ inline ContactReading<float> read_contact(const DeviceState& state,
   return read_plane(contact, sum - shift);
 }
 
+/// Of the tool of a contact; null if it has none.
+__device__ inline ToolSpring* spring_of(const SurfaceArrays& surfaces,
+                                        const DeviceContact& stored) {
+  return stored.spring == kInvalidIndex ? nullptr : surfaces.springs + stored.spring;
+}
+
 __device__ inline ContactReading<float> read_contact(const DeviceState& state,
                                                      const SurfaceArrays& surfaces,
                                                      const DeviceContact& stored) {
-  return read_contact(
-      state, stored.contact,
-      stored.spring == kInvalidIndex ? Vec3<float>{} : surfaces.springs[stored.spring].shift);
+  const ToolSpring* const spring = spring_of(surfaces, stored);
+  return read_contact(state, stored.contact, spring == nullptr ? Vec3<float>{} : spring->shift);
 }
 
 __device__ inline Index contact_count(const SurfaceArrays& surfaces) {

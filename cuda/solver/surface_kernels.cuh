@@ -91,6 +91,44 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
   return moves;
 }
 
+/// See the host's own_start().
+__device__ inline Vec3<float> own_start(const DeviceState& state, Index place) {
+  if (state.displacements == nullptr) {
+    return position_of(load_particle(state.previous + place));
+  }
+  if (state.ways != nullptr) {
+    return load_way(state.ways + place);
+  }
+  const Carry carry = load_carry(state.carries + place);
+  return {carry.x, carry.y, carry.z};
+}
+
+/// See follow_feature().
+/// @param swept    capsules of the substep
+/// @param spring   of the tool; null if it has none
+__device__ inline void follow_feature(const DeviceState& state, const SweptCapsule* swept,
+                                      const ToolSpring* spring, const DeviceContact& stored,
+                                      SurfaceContact& contact) {
+  if (stored.swept == kInvalidIndex) {
+    return;
+  }
+  FeatureCorners corners;
+  corners.count = contact.feature.count();
+  for (int k = 0; k < corners.count; ++k) {
+    const CornerMotion motion = load_motion(state, contact.feature.places[k]);
+    corners.places[k] = contact.feature.places[k];
+    corners.start[k] = motion.start;
+    corners.end[k] = motion.end;
+    corners.is_fixed[k] = motion.is_fixed;
+  }
+  const Vec3<float> shift = spring == nullptr ? Vec3<float>{} : spring->shift;
+  const Vec3<float> displacement = spring == nullptr ? Vec3<float>{} : spring->displacement;
+  turn_to(
+      corners, swept[stored.swept].moved(displacement + shift), shift,
+      [&](Index place) { return base_of(state, place); },
+      [&](Index place) { return own_start(state, place); }, contact);
+}
+
 /// Of a feature at a share of the substep.
 __device__ inline Outward outward_at(const DeviceState& state, const SurfaceArrays& surfaces,
                                      const ContactFeature& feature, float share) {
@@ -131,6 +169,11 @@ __device__ inline const RememberedContact* find_remembered(const RememberedConta
   return nullptr;
 }
 
+/// Of all meeters in a substep, of this copy.
+__device__ inline const SweptCapsule* swept_capsules(StepInput* input, Index substep) {
+  return table<SweptCapsule>(input, input->swept) + of_pusher(substep, input->swept_count);
+}
+
 /// The tables of a substep, of this copy.
 struct Meeters {
   const MeeterInput* meeters;
@@ -143,7 +186,7 @@ struct Meeters {
   __device__ Meeters(const SurfaceArrays& surfaces, StepInput* input, Index substep)
       : meeters(table<MeeterInput>(input, input->meeters) +
                 of_pusher(substep, input->meeter_count)),
-        swept(table<SweptCapsule>(input, input->swept) + of_pusher(substep, input->swept_count)),
+        swept(swept_capsules(input, substep)),
         half_spaces(table<SweptHalfSpace>(input, input->half_spaces) +
                     of_pusher(substep, input->half_space_count)),
         remembered(substep == 0 ? table<RememberedContact>(input, input->remembered)
@@ -186,9 +229,9 @@ struct Meeters {
         return tool.meets_triangles ? outward_at(state, surfaces, feature_of(corners), share)
                                     : Outward(feature_of(corners));
       };
-      for (Index c = tool.first_capsule; c < tool.first_capsule + tool.capsule_count; ++c) {
-        meet_capsule(corners, swept[c].moved(way), known != nullptr ? &known->normal : nullptr,
-                     outward, met);
+      for (Index c = 0; c < tool.capsule_count; ++c) {
+        meet_capsule(corners, swept[tool.first_capsule + c].moved(way), c,
+                     known != nullptr ? &known->normal : nullptr, outward, met);
       }
     }
     return met;
@@ -392,23 +435,16 @@ __global__ void __launch_bounds__(kListThreads)
       load_candidate(state, surfaces, meeters.meeters[m], candidates[i], vertices, candidate);
       const RememberedContact* known = nullptr;
       const MetFeature met = meeters.meet(state, surfaces, m, candidate, known);
-      const auto start_of = [&](Index place) {
-        if (state.displacements == nullptr) {
-          return position_of(load_particle(state.previous + place));
-        }
-        if (state.ways != nullptr) {
-          return load_way(state.ways + place);
-        }
-        const Carry carry = load_carry(state.carries + place);
-        return Vec3<float>{carry.x, carry.y, carry.z};
-      };
       DeviceContact& found = surfaces.found[i];
       found.contact = contact_of(
-          candidate.corners, met, [&](Index place) { return base_of(state, place); }, start_of);
+          candidate.corners, met, [&](Index place) { return base_of(state, place); },
+          [&](Index place) { return own_start(state, place); });
       if (remembers && known != nullptr) {
         recall(*known, inverse_dt_squared, found.contact);
       }
       found.friction = meeters.meeters[m].friction;
+      found.swept = met.capsule == kInvalidIndex ? kInvalidIndex
+                                                 : meeters.meeters[m].first_capsule + met.capsule;
       found.spring = meeters.meeters[m].compliance > 0 ? m : kInvalidIndex;
     }
     __syncthreads();
@@ -497,10 +533,12 @@ void begin_surface_contacts(const DeviceState& state, const VertexArrays& vertic
 /// after another. One block a copy.
 /// @param settles  only those that are inside, without friction
 __global__ void __launch_bounds__(kListThreads)
-    project_surfaces(DeviceState state, ToolArrays tools, bool settles) {
+    project_surfaces(DeviceState state, ToolArrays tools, StepInput* input, Index substep,
+                     bool settles) {
   wait_for_previous();
   state = of_copy(state);
   const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
+  const SweptCapsule* const swept = swept_capsules(input + copy_index(), substep);
   const Index count = contact_count(surfaces);
   const Index levels = __ldcg(surfaces.level_counts);
   Particle* const moving = moving_of(state);
@@ -513,8 +551,10 @@ __global__ void __launch_bounds__(kListThreads)
       }
       SurfaceContact contact = stored.contact;
       const int corners = contact.feature.count();
-      ToolSpring* const spring =
-          stored.spring == kInvalidIndex ? nullptr : surfaces.springs + stored.spring;
+      ToolSpring* const spring = spring_of(surfaces, stored);
+      if (!settles) {
+        follow_feature(state, swept, spring, stored, contact);
+      }
       float yield = spring == nullptr ? 0 : spring->yield;
       for (int k = 0; k < corners; ++k) {
         const float w = load_particle(moving + contact.feature.places[k]).w;
@@ -568,10 +608,10 @@ __global__ void __launch_bounds__(kListThreads)
   }
 }
 
-void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,
-                              const Launch& how) {
+void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                              Index substep, bool settles, const Launch& how) {
   launch(how, "launching contacts with surfaces", 1, kListThreads, project_surfaces, state, tools,
-         settles);
+         input, substep, settles);
 }
 
 /// After a sweep of vertex blocks: see balance_spring(). One block a copy.
@@ -605,7 +645,7 @@ __global__ void __launch_bounds__(kListThreads)
         const Index c = first + thread;
         __syncthreads();
         if (c < end) {
-          const auto& [contact, friction, spring, level] = surfaces.contacts[c];
+          const auto& [contact, friction, swept, spring, level] = surfaces.contacts[c];
           answers[thread] = {contact.normal, contact.stiffness,
                              answer(contact, friction, read_contact(state, contact, shift),
                                     inverse_dt_squared, contact.stiffness)};
@@ -624,24 +664,28 @@ __global__ void __launch_bounds__(kListThreads)
   }
 }
 
-/// After a sweep of vertex blocks, multipliers become the forces of the contacts.
+/// After a sweep of vertex blocks, multipliers become the forces of the contacts, and their planes
+/// follow what they meet.
 __global__ void __launch_bounds__(kToolThreads)
-    answer_surfaces(DeviceState state, ToolArrays tools, const StepInput* input) {
+    answer_surfaces(DeviceState state, ToolArrays tools, StepInput* input, Index substep) {
   wait_for_previous();
   state = of_copy(state);
   const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
   input += copy_index();
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   const float square = 1 / inverse_dt_squared;
+  const SweptCapsule* const swept = swept_capsules(input, substep);
   const Index count = contact_count(surfaces);
   for (Index c = thread_index(); c < count; c += thread_count()) {
-    SurfaceContact& contact = surfaces.contacts[c].contact;
+    DeviceContact& stored = surfaces.contacts[c];
+    SurfaceContact contact = stored.contact;
     take_over(contact,
-              answer(contact, surfaces.contacts[c].friction,
-                     read_contact(state, surfaces, surfaces.contacts[c]), inverse_dt_squared,
-                     contact.stiffness)
+              answer(contact, stored.friction, read_contact(state, surfaces, stored),
+                     inverse_dt_squared, contact.stiffness)
                   .force,
               square);
+    follow_feature(state, swept, spring_of(surfaces, stored), stored, contact);
+    stored.contact = contact;
   }
 }
 

@@ -191,7 +191,8 @@ __global__ void __launch_bounds__(kMomentumSums)
 }
 
 void answer_surface_contacts(const DeviceState& state, const FreePieceArrays& pieces,
-                             const ToolArrays& tools, StepInput* input, const Launch& how) {
+                             const ToolArrays& tools, StepInput* input, Index substep,
+                             const Launch& how) {
   if (pieces.count > 0) {
     launch(how, "launching the balance of pieces", 1, kMomentumSums, balance_pieces, state, pieces,
            tools, input);
@@ -201,7 +202,7 @@ void answer_surface_contacts(const DeviceState& state, const FreePieceArrays& pi
            input);
   }
   launch(how, "launching the answer of surfaces", share_blocks(kAnswerBlocks, 1, how), kToolThreads,
-         answer_surfaces, state, tools, input);
+         answer_surfaces, state, tools, input, substep);
 }
 
 /// A piece as it is eased.

@@ -257,6 +257,7 @@ struct ConstraintArrays : ForAllConstraints<ArraysOfKinds> {
 struct DeviceContact {
   SurfaceContact contact;
   float friction;  ///< coefficient
+  Index swept;     ///< its capsule in StepInput's table of the substep; kInvalidIndex: a half space
   Index spring;    ///< the meeter that it is of, if that has one; else kInvalidIndex
   Index level;     ///< contacts of one level share no corner and no spring, and come after those of
                    ///< lower ones

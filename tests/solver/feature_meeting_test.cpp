@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/feature_meeting.h"
 
+#include <cmath>
+#include <random>
+
+#include "lib/solver/methods/contact_multipliers.h"
 #include "tests/support/catch.h"
 
 namespace pbdsurg {
@@ -42,11 +46,11 @@ TEST_CASE("feature meeting: what a tool's axis runs through has no side of its o
   const SweptCapsule rod = make_rod({0, 0, offset - 1}, {0, 0, offset + 1});
   const auto unknown = [&](float) { return Outward(feature_of(triangle)); };
   MetFeature met;
-  meet_capsule(triangle, rod, nullptr, unknown, met);
+  meet_capsule(triangle, rod, 0, nullptr, unknown, met);
   CHECK(!(met.gap < kInfinity));
 
   const Vector side{-1, 0, 0};
-  meet_capsule(triangle, rod, &side, unknown, met);
+  meet_capsule(triangle, rod, 0, &side, unknown, met);
   CHECK(met.gap == Approx(-kRadius).epsilon(1e-2));
   CHECK(dot(met.normal, side) == Approx(1));
 }
@@ -63,7 +67,7 @@ TEST_CASE("feature meeting: what was before a tip goes back there", "[unit]") {
   const Vector side{0, 0, -1};
   MetFeature met;
   meet_capsule(
-      vertex, make_rod({0, 0, 0}, {0, 0, 1}), was_met ? &side : nullptr,
+      vertex, make_rod({0, 0, 0}, {0, 0, 1}), 0, was_met ? &side : nullptr,
       [&](float) { return Outward(feature_of(vertex)); }, met);
   CHECK(met.gap == Approx(-4 * kRadius));
   CHECK(met.normal.z == Approx(-1));
@@ -76,7 +80,7 @@ TEST_CASE("feature meeting: a tip above a triangle pushes it down", "[unit]") {
   const SweptCapsule rod = make_rod({0, 0, height * kRadius}, {0, 0, 1});
   const auto unknown = [&](float) { return Outward(feature_of(triangle)); };
   MetFeature met;
-  meet_capsule(triangle, rod, nullptr, unknown, met);
+  meet_capsule(triangle, rod, 0, nullptr, unknown, met);
   CHECK(met.gap == Approx((height - 1) * kRadius).margin(1e-8));
   CHECK(met.normal.z == Approx(-1));
 }
@@ -100,16 +104,79 @@ TEST_CASE("feature meeting: from within its tissue a surface is met only by who 
   };
   const Vector side{0, 0, -1};
   MetFeature met;
-  meet_capsule(triangle, tip, nullptr, outward_of(1), met);
+  meet_capsule(triangle, tip, 0, nullptr, outward_of(1), met);
   CHECK(!(met.gap < kInfinity));
   SECTION("one that has met it before") {
-    meet_capsule(triangle, tip, &side, outward_of(1), met);
+    meet_capsule(triangle, tip, 0, &side, outward_of(1), met);
   }
   SECTION("one outside") {
-    meet_capsule(triangle, tip, nullptr, outward_of(-1), met);
+    meet_capsule(triangle, tip, 0, nullptr, outward_of(-1), met);
   }
   CHECK(met.gap == Approx(-0.5F * kRadius));
   CHECK(met.normal.z == Approx(-1));
+}
+
+// Would catch a plane that stays where its feature was, counts the way of a spring twice, or turns
+// to the other side; the truth is the distance from the axis.
+TEST_CASE("feature meeting: the plane of a contact follows its feature", "[property]") {
+  using namespace feature_meeting;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> sign(-1, 1);
+  const auto any = [&](float size) {
+    return Vector{size * sign(random), size * sign(random), size * sign(random)};
+  };
+  const SweptCapsule rod = make_rod({0, 0, -1e-3F}, {0, 0, 1e-3F});
+  const int count = GENERATE(1, 2, 3);
+  int followed = 0, kept = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    FeatureCorners corners;
+    corners.count = count;
+    Vector bases[3], ways[3];
+    for (int k = 0; k < count; ++k) {
+      corners.places[k] = k;
+      corners.start[k] = corners.end[k] = bases[k] = any(2e-3F);
+      ways[k] = any(0.8F * kRadius);
+    }
+    const auto base = [&](Index place) { return bases[place]; };
+    const auto start = [](Index) { return Vector{}; };
+    MetFeature met;
+    meet_capsule(
+        corners, rod, 4, nullptr, [&](float) { return Outward(feature_of(corners)); }, met);
+    if (!(met.gap < kInfinity)) {
+      continue;
+    }
+    SurfaceContact contact = contact_of(corners, met, base, start);
+    contact.multiplier = 2;
+    contact.friction = cross(met.normal, any(1));
+    for (int k = 0; k < count; ++k) {
+      corners.end[k] = bases[k] + ways[k];
+    }
+    const Vector shift = any(0.2F * kRadius);
+    const auto& [axis_start, radius, axis_end, unused] = rod.moved(shift).now;
+    const Meeting nearest = count == 2 ? nearest_of_edge(corners.end, axis_start, axis_end)
+                                       : meet(count, corners.end, axis_start, axis_end);
+    const float height = dot(nearest.away, met.normal);
+
+    turn_to(corners, rod.moved(shift), shift, base, start, contact);
+
+    CHECK(contact.capsule == 4);
+    CHECK(contact.multiplier == 2);
+    CHECK(std::abs(dot(contact.friction, contact.normal)) < 1e-5F);
+    if (nearest.distance < kInfinity && height > 2 * kOnAxis * kRadius) {
+      ++followed;
+      Vector sum;
+      for (int k = 0; k < count; ++k) {
+        sum = sum + contact.weights[k] * ways[k];
+      }
+      CHECK(read_plane(contact, sum - shift).gap ==
+            Approx(nearest.distance - kRadius).margin(1e-8));
+    } else if (!(nearest.distance < kInfinity) || height < 0) {
+      ++kept;
+      CHECK(dot(contact.normal, met.normal) == Approx(1));
+    }
+  }
+  CHECK(followed > 100);
+  CHECK(kept > 10);
 }
 
 }  // namespace pbdsurg

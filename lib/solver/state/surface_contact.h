@@ -43,13 +43,15 @@ struct ContactFeature {
 ///
 /// with u the displacements of its corners since the start of the substep, in fraction mode their
 /// positions. Its gradient at a corner is weight * normal: where the feature is nearest to the
-/// capsule, what the weights themselves change adds nothing to first order.
+/// capsule, what the weights themselves change adds nothing to first order. After each sweep, all
+/// of it is that of where the feature is then.
 struct SurfaceContact {
   ContactFeature feature;
-  float weights[3] = {};  ///< of its corners at the point that touches; zero behind them
-  Vec3<float> normal;     ///< out of the tool
-  float offset = 0;       ///< m
-  Vec3<float> point;      ///< m, in the scene, of the tool's surface
+  Index capsule = kInvalidIndex;  ///< of the tool; kInvalidIndex: a half space
+  float weights[3] = {};          ///< of its corners at the point that touches; zero behind them
+  Vec3<float> normal;             ///< out of the tool
+  float offset = 0;               ///< m
+  Vec3<float> point;              ///< m, in the scene, of the tool's surface
   /// m: sum(weights * u) of tissue that sticks to the tool
   Vec3<float> drift;
   float multiplier = 0;         ///< kg m
