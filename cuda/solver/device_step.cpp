@@ -96,13 +96,13 @@ class Enqueuer {
         }
         kernels.push_vertices(state, vertices, tools, input, substep, has_tools, launch_);
         for (int pass = 0; pass < kPushPasses && has_meeters; ++pass) {
-          kernels.project_surface_contacts(state, tools, input, substep, false, launch_);
+          kernels.project_surface_contacts(state, tools, false, launch_);
         }
         break;
       case StepOperation::settle_holds:
         settle_holds(substep);
         if (has_meeters) {
-          kernels.project_surface_contacts(state, tools, input, substep, true, launch_);
+          kernels.project_surface_contacts(state, tools, true, launch_);
         }
         break;
       case StepOperation::keep_momentum:

@@ -57,8 +57,7 @@ class LaunchedSweeps final : public Sweeps {
         kernels_.project_contacts(arrays.state, arrays.tools, arrays.input, launch);
       }
       if (arrays.has_meeters) {
-        kernels_.project_surface_contacts(arrays.state, arrays.tools, arrays.input, substep, false,
-                                          launch);
+        kernels_.project_surface_contacts(arrays.state, arrays.tools, false, launch);
       }
     }
   }

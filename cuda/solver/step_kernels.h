@@ -104,8 +104,8 @@ struct StepKernels {
                                  StepInput*, Index substep, const Launch&);
   /// After a sweep of projections; or, after all of vertex blocks, of what is still inside of
   /// tools.
-  void (*project_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
-                                   bool settles, const Launch&);
+  void (*project_surface_contacts)(const DeviceState&, const ToolArrays&, bool settles,
+                                   const Launch&);
   /// After a sweep of vertex blocks: balances the free pieces that surfaces touch, takes over the
   /// forces of contacts, and turns their planes.
   void (*answer_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,

@@ -533,12 +533,10 @@ void begin_surface_contacts(const DeviceState& state, const VertexArrays& vertic
 /// after another. One block a copy.
 /// @param settles  only those that are inside, without friction
 __global__ void __launch_bounds__(kListThreads)
-    project_surfaces(DeviceState state, ToolArrays tools, StepInput* input, Index substep,
-                     bool settles) {
+    project_surfaces(DeviceState state, ToolArrays tools, bool settles) {
   wait_for_previous();
   state = of_copy(state);
   const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
-  const SweptCapsule* const swept = swept_capsules(input + copy_index(), substep);
   const Index count = contact_count(surfaces);
   const Index levels = __ldcg(surfaces.level_counts);
   Particle* const moving = moving_of(state);
@@ -552,9 +550,6 @@ __global__ void __launch_bounds__(kListThreads)
       SurfaceContact contact = stored.contact;
       const int corners = contact.feature.count();
       ToolSpring* const spring = spring_of(surfaces, stored);
-      if (!settles) {
-        follow_feature(state, swept, spring, stored, contact);
-      }
       float yield = spring == nullptr ? 0 : spring->yield;
       for (int k = 0; k < corners; ++k) {
         const float w = load_particle(moving + contact.feature.places[k]).w;
@@ -608,10 +603,10 @@ __global__ void __launch_bounds__(kListThreads)
   }
 }
 
-void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, StepInput* input,
-                              Index substep, bool settles, const Launch& how) {
+void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,
+                              const Launch& how) {
   launch(how, "launching contacts with surfaces", 1, kListThreads, project_surfaces, state, tools,
-         input, substep, settles);
+         settles);
 }
 
 /// After a sweep of vertex blocks: see balance_spring(). One block a copy.

@@ -248,7 +248,6 @@ TEST_CASE("session: an undo brings back the scene before the stroke", "[session]
   burn(play, 3);  // so that there is something before the stroke
   play.step(20);
   const Scene before(play);
-  const Eigen::Vector3f place = play.hands[1].tip();
   burn(play, 8);
   play.step(30);
   REQUIRE(play.session.simulation().solver.tissue().version() > before.version + 1);
@@ -271,8 +270,7 @@ TEST_CASE("session: an undo brings back the scene before the stroke", "[session]
   for (std::size_t v = 0; v < now.size(); ++v) {
     farthest = std::max(farthest, (now[v] - before.positions[v]).norm());
   }
-  // the hook goes to where the hand has gone on to, and pushes; beside that, fat still yields
-  CHECK(farthest < (play.hands[1].tip() - place).norm() + 1e-3F);
+  CHECK(farthest < 5e-3F);  // the hook pushes, as the hand has gone on meanwhile
   // it can be burnt again, and again be taken back
   burn(play, 4);
   play.session.undo(play.events);

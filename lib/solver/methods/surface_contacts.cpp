@@ -101,7 +101,6 @@ void add_surface_contact(const StepContext& step, const SurfaceContact& contact,
 void project_surface_contacts(const StepContext& step, Index tool_index) {
   ToolState& tool = step.copy.tools[tool_index];
   for (SurfaceContact& contact : tool.surface_contacts) {
-    follow_feature(step, tool, contact);
     project(step, tool, contact, tool.surface.friction);
   }
 }

@@ -9,7 +9,9 @@
 ///
 ///     lambda = max(0, lambda - k C)         friction = friction - k s, no longer than mu lambda
 ///
-/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0. Before
+/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0; then the
+/// planes follow what they meet, see turn_to(). Projections, which come to rest by many short
+/// substeps, keep those of the start: sweeps of theirs end far from where the substep does. Before
 /// that, what nothing else holds moves rigidly to where these forces balance: see touched_pieces.h.
 /// What the last sweep leaves of C < 0, corners are moved out of by their masses, in a few passes.
 
@@ -52,7 +54,7 @@ void project_surface_contacts(const StepContext& step, Index tool);
 
 /// That of all contacts, at the end of a sweep of vertex blocks: balances what they touch, see
 /// touched_pieces.h, unless contacts between bodies have done so, and tools that springs hold, see
-/// coupled_tool.h, and takes over their forces.
+/// coupled_tool.h, takes over their forces, and turns their planes.
 void answer_surface_contacts(const StepContext& step, const Substep<float>& lengths);
 
 /// Of explicit steps, how often contacts are gone through after vertices have been pushed.

@@ -43,8 +43,8 @@ struct ContactFeature {
 ///
 /// with u the displacements of its corners since the start of the substep, in fraction mode their
 /// positions. Its gradient at a corner is weight * normal: where the feature is nearest to the
-/// capsule, what the weights themselves change adds nothing to first order. After each sweep, all
-/// of it is that of where the feature is then.
+/// capsule, what the weights themselves change adds nothing to first order. After each sweep of
+/// vertex blocks, all of it is that of where the feature is then.
 struct SurfaceContact {
   ContactFeature feature;
   Index capsule = kInvalidIndex;  ///< of the tool; kInvalidIndex: a half space
