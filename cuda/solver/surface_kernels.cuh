@@ -40,6 +40,16 @@ __device__ inline CornerMotion load_motion(const DeviceState& state, Index place
       base + position_of(p), !(p.w > 0)};
 }
 
+/// Of a feature whose places are known.
+__device__ inline void load_corners(const DeviceState& state, FeatureCorners& corners) {
+  for (int k = 0; k < corners.count; ++k) {
+    const CornerMotion motion = load_motion(state, corners.places[k]);
+    corners.start[k] = motion.start;
+    corners.end[k] = motion.end;
+    corners.is_fixed[k] = motion.is_fixed;
+  }
+}
+
 /// @return  whether there is a candidate of that number, and it can move
 __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArrays& surfaces,
                                       const MeeterInput& meeter, Index index, Index vertex_count,
@@ -80,13 +90,10 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
       }
     }
   }
+  load_corners(state, corners);
   bool moves = false;
   for (int k = 0; k < corners.count; ++k) {
-    const CornerMotion motion = load_motion(state, corners.places[k]);
-    corners.start[k] = motion.start;
-    corners.end[k] = motion.end;
-    corners.is_fixed[k] = motion.is_fixed;
-    moves |= !motion.is_fixed;
+    moves |= !corners.is_fixed[k];
   }
   return moves;
 }
@@ -115,12 +122,9 @@ __device__ inline void follow_feature(const DeviceState& state, const SweptCapsu
   FeatureCorners corners;
   corners.count = contact.feature.count();
   for (int k = 0; k < corners.count; ++k) {
-    const CornerMotion motion = load_motion(state, contact.feature.places[k]);
     corners.places[k] = contact.feature.places[k];
-    corners.start[k] = motion.start;
-    corners.end[k] = motion.end;
-    corners.is_fixed[k] = motion.is_fixed;
   }
+  load_corners(state, corners);
   const Vec3<float> shift = spring == nullptr ? Vec3<float>{} : spring->shift;
   const Vec3<float> displacement = spring == nullptr ? Vec3<float>{} : spring->displacement;
   turn_to(

@@ -74,6 +74,7 @@ void check_same_contacts(const StrictPair& pair, ToolId tool, Index copy = 0) {
     CHECK(found[i].vertices == expected[i].vertices);
     CHECK(found[i].weights == expected[i].weights);
     CHECK(found[i].normal == expected[i].normal);
+    CHECK(found[i].point == expected[i].point);
     CHECK(found[i].force == expected[i].force);
   }
 }

@@ -117,6 +117,25 @@ TEST_CASE("coupled tool: it moves freely without a lag", "[unit]") {
   }
 }
 
+// Would catch points of contacts that count the way of the spring, where the origin of torques does
+// not: what pushes a smooth ball pushes towards its middle.
+TEST_CASE("coupled tool: a smooth ball that is dragged feels no torque", "[validation]") {
+  const SolverMethod method = any_method();
+  CAPTURE(static_cast<int>(method));
+  Solver solver(make_block(10e3F), {.method = method, .executor = executor::serial()});
+  const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), {ContactFeatures::all, 0});
+  solver.couple_tool(tool, {100});
+  float most = 0;
+  for (int i = 1; i <= 100; ++i) {
+    const float share = static_cast<float>(i) / 100;
+    solver.move_tool(tool, at(kTouch + share * Vector3f(4e-3F, 2e-3F, -3e-3F)));
+    solver.step(kStep);
+    most = std::max(most, solver.tool_force(tool).norm());
+    CHECK(solver.tool_torque(tool).norm() < 1e-4F * kRadius * most);
+  }
+  CHECK(most > 0.05F);
+}
+
 // Would catch a stiffness that is off, whatever force and displacement say of each other: a plate
 // on a block feels as much as a rigid one that goes as deep, so the springs are in series.
 TEST_CASE("coupled tool: its spring and the tissue are in series", "[validation]") {

@@ -116,8 +116,9 @@ TEST_CASE("feature meeting: from within its tissue a surface is met only by who 
   CHECK(met.normal.z == Approx(-1));
 }
 
-// Would catch a plane that stays where its feature was, counts the way of a spring twice, or turns
-// to the other side; the truth is the distance from the axis.
+// Would catch a plane that stays where its feature was, counts the way of a spring twice or not,
+// forgets how the tool moves or that a corner is fixed, or turns to the other side; the truth is
+// the distance from the axis.
 TEST_CASE("feature meeting: the plane of a contact follows its feature", "[property]") {
   using namespace feature_meeting;
   std::mt19937 random(7);
@@ -125,20 +126,23 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
   const auto any = [&](float size) {
     return Vector{size * sign(random), size * sign(random), size * sign(random)};
   };
-  const SweptCapsule rod = make_rod({0, 0, -1e-3F}, {0, 0, 1e-3F});
   const int count = GENERATE(1, 2, 3);
-  int followed = 0, kept = 0;
+  int followed = 0, kept = 0, with_fixed = 0;
   for (int trial = 0; trial < 4000; ++trial) {
+    SweptCapsule rod = make_rod({0, 0, -1e-3F}, {0, 0, 1e-3F});
+    const Vector way_of_rod = any(0.2F * kRadius);
+    rod.before = rod.now.moved(-1.0F * way_of_rod);
     FeatureCorners corners;
     corners.count = count;
-    Vector bases[3], ways[3];
+    Vector bases[3], ways[3], starts[3];
     for (int k = 0; k < count; ++k) {
       corners.places[k] = k;
       corners.start[k] = corners.end[k] = bases[k] = any(2e-3F);
-      ways[k] = any(0.8F * kRadius);
+      ways[k] = any(1.2F * kRadius);
+      starts[k] = any(kRadius);
     }
     const auto base = [&](Index place) { return bases[place]; };
-    const auto start = [](Index) { return Vector{}; };
+    const auto start = [&](Index place) { return starts[place]; };
     MetFeature met;
     meet_capsule(
         corners, rod, 4, nullptr, [&](float) { return Outward(feature_of(corners)); }, met);
@@ -147,36 +151,52 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
     }
     SurfaceContact contact = contact_of(corners, met, base, start);
     contact.multiplier = 2;
+    contact.stiffness = 3;
     contact.friction = cross(met.normal, any(1));
+    const SurfaceContact before = contact;
+    corners.is_fixed[0] = trial % 2 == 0;
     for (int k = 0; k < count; ++k) {
       corners.end[k] = bases[k] + ways[k];
     }
     const Vector shift = any(0.2F * kRadius);
-    const auto& [axis_start, radius, axis_end, unused] = rod.moved(shift).now;
-    const Meeting nearest = count == 2 ? nearest_of_edge(corners.end, axis_start, axis_end)
-                                       : meet(count, corners.end, axis_start, axis_end);
+    const PlacedCapsule axis = rod.moved(shift).now;
+    const Meeting nearest = meet(count, corners.end, axis.start, axis.end);
     const float height = dot(nearest.away, met.normal);
 
     turn_to(corners, rod.moved(shift), shift, base, start, contact);
 
     CHECK(contact.capsule == 4);
     CHECK(contact.multiplier == 2);
+    CHECK(contact.stiffness == 3);
     CHECK(std::abs(dot(contact.friction, contact.normal)) < 1e-5F);
     if (nearest.distance < kInfinity && height > 2 * kOnAxis * kRadius) {
       ++followed;
-      Vector sum;
+      Vector sum, slip;
+      float fixed_inside = 0;  // m, that others need not make good
       for (int k = 0; k < count; ++k) {
         sum = sum + contact.weights[k] * ways[k];
+        slip = slip + contact.weights[k] * (ways[k] - starts[k]);
+        const float gap =
+            dot(contact.normal, corners.end[k] - shift) - dot(contact.normal, contact.point);
+        fixed_inside += corners.is_fixed[k] && gap < 0 ? contact.weights[k] * gap : 0;
       }
-      CHECK(read_plane(contact, sum - shift).gap ==
-            Approx(nearest.distance - kRadius).margin(1e-8));
+      slip = slip - way_of_rod - shift;
+      slip = slip - dot(slip, contact.normal) * contact.normal;
+      const ContactReading<float> reading = read_plane(contact, sum - shift);
+      CHECK(reading.gap == Approx(nearest.distance - kRadius - fixed_inside).margin(2e-8));
+      CHECK(length(reading.slip - slip) < 2e-8F);
+      const Vector centre = between(rod.now.start, rod.now.end, nearest.share);
+      CHECK(length(contact.point - centre) == Approx(kRadius));  // without the shift
+      with_fixed += fixed_inside < 0 ? 1 : 0;
     } else if (!(nearest.distance < kInfinity) || height < 0) {
       ++kept;
-      CHECK(dot(contact.normal, met.normal) == Approx(1));
+      CHECK(contact.offset == before.offset);
+      CHECK(dot(contact.normal, before.normal) == Approx(1));
     }
   }
   CHECK(followed > 100);
   CHECK(kept > 10);
+  CHECK(with_fixed > 10);
 }
 
 }  // namespace pbdsurg

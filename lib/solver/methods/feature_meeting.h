@@ -121,17 +121,14 @@ PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vector& x, const Vector& a,
   return {{1, 0, 0}, share, away, length(away)};
 }
 
-PBDSURG_HOST_DEVICE inline Meeting nearest_of_edge(const Vector (&x)[3], const Vector& a,
-                                                   const Vector& b) {
-  const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
-  const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
-  return {{1 - pair.second, pair.second, 0}, pair.first, away, length(away)};
-}
-
 PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const Vector& a,
                                              const Vector& b) {
-  const Meeting nearest = nearest_of_edge(x, a, b);
-  return nearest.weights[1] < kEnd || nearest.weights[1] > 1 - kEnd ? Meeting{} : nearest;
+  const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
+  if (pair.second < kEnd || pair.second > 1 - kEnd) {
+    return {};
+  }
+  const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
+  return {{1 - pair.second, pair.second, 0}, pair.first, away, length(away)};
 }
 
 // Takes the point of a triangle's plane below one of the axis, if that is within the triangle and
@@ -194,11 +191,10 @@ PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float 
 
 // The plane of a capsule where a feature meets it.
 PBDSURG_HOST_DEVICE inline MetFeature plane_of(const SweptCapsule& capsule, const Meeting& hit,
-                                               const Vector& normal, float gap) {
+                                               const Vector& normal, Index index) {
   const auto& [before, now] = capsule;
   const Vector centre = between(now.start, now.end, hit.share);
   MetFeature met;
-  met.gap = gap;
   for (int k = 0; k < 3; ++k) {
     met.weights[k] = hit.weights[k];
   }
@@ -206,6 +202,7 @@ PBDSURG_HOST_DEVICE inline MetFeature plane_of(const SweptCapsule& capsule, cons
   met.point = centre + now.radius * normal;
   met.way = met.point - (between(before.start, before.end, hit.share) + now.radius * normal);
   met.height = dot(normal, centre) + now.radius;
+  met.capsule = index;
   return met;
 }
 
@@ -285,8 +282,8 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   }
   const float gap = dot(normal, away) - radius;
   if (gap < deepest.gap) {
-    deepest = plane_of(capsule, hit, normal, gap);
-    deepest.capsule = index;
+    deepest = plane_of(capsule, hit, normal, index);
+    deepest.gap = gap;
   }
 }
 
@@ -352,7 +349,8 @@ PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corne
 
 /// Turns the plane of a contact to where sweeps have moved its feature. Without that, an edge along
 /// a thin tool would be pushed at one end in a substep and at the other in the next, without end.
-/// What has got to the other side of the capsule keeps its plane.
+/// Its plane stays where the feature is met no more, as the nearest point has left its inside, or
+/// is behind the axis as the plane sees it.
 /// @param capsule  that it meets, where its spring has let it be
 /// @param shift    m, of its tool: see ToolSpring
 /// @param base     as of contact_of(), and start
@@ -361,16 +359,15 @@ PBDSURG_HOST_DEVICE inline void turn_to(const FeatureCorners& corners, const Swe
                                         const Vec3<float>& shift, const Base& base,
                                         const Start& start, SurfaceContact& contact) {
   using namespace feature_meeting;
-  const auto& [axis_start, radius, axis_end, unused] = capsule.now;
-  const Meeting now = corners.count == 2 ? nearest_of_edge(corners.end, axis_start, axis_end)
-                                         : meet(corners.count, corners.end, axis_start, axis_end);
-  if (!(now.distance < kInfinity) || !(dot(now.away, contact.normal) > kOnAxis * radius)) {
+  const Meeting now = meet_at(corners, 1, capsule);
+  if (!(now.distance < kInfinity) ||
+      !(dot(now.away, contact.normal) > kOnAxis * capsule.now.radius)) {
     return;
   }
-  MetFeature met = plane_of(capsule, now, (1 / now.distance) * now.away, now.distance - radius);
-  met.capsule = contact.capsule;
+  const MetFeature met = plane_of(capsule, now, (1 / now.distance) * now.away, contact.capsule);
   SurfaceContact turned = contact_of(corners, met, base, start);
   turned.offset = turned.offset - dot(met.normal, shift);
+  turned.point = turned.point - shift;  // as those of the start
   turned.multiplier = contact.multiplier;
   turned.friction = contact.friction - dot(contact.friction, met.normal) * met.normal;
   turned.stiffness = contact.stiffness;

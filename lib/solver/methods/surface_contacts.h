@@ -9,11 +9,11 @@
 ///
 ///     lambda = max(0, lambda - k C)         friction = friction - k s, no longer than mu lambda
 ///
-/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0; then the
-/// planes follow what they meet, see turn_to(). Projections, which come to rest by many short
-/// substeps, keep those of the start: sweeps of theirs end far from where the substep does. Before
+/// so the multipliers converge to the forces that keep C >= 0 and, inside the cone, s = 0. Before
 /// that, what nothing else holds moves rigidly to where these forces balance: see touched_pieces.h.
-/// What the last sweep leaves of C < 0, corners are moved out of by their masses, in a few passes.
+/// After it, planes are turned to where their features are: see turn_to(). What the last sweep
+/// leaves of C < 0, corners are moved out of by their masses, in a few passes. Projections keep the
+/// planes of the start of their substeps, which are short.
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"

@@ -2,8 +2,7 @@
 #pragma once
 
 /// @file
-/// What of tissue meets a tool: a vertex, an edge or a triangle, which stands as a plane for the
-/// rest of a substep.
+/// What of tissue meets a tool: a vertex, an edge or a triangle, for which the tool is a plane.
 
 #include <compare>
 
@@ -44,14 +43,14 @@ struct ContactFeature {
 /// with u the displacements of its corners since the start of the substep, in fraction mode their
 /// positions. Its gradient at a corner is weight * normal: where the feature is nearest to the
 /// capsule, what the weights themselves change adds nothing to first order. After each sweep of
-/// vertex blocks, all of it is that of where the feature is then.
+/// vertex blocks the plane is turned to where the feature is, see turn_to(); the stiffness stays.
 struct SurfaceContact {
   ContactFeature feature;
   Index capsule = kInvalidIndex;  ///< of the tool; kInvalidIndex: a half space
   float weights[3] = {};          ///< of its corners at the point that touches; zero behind them
   Vec3<float> normal;             ///< out of the tool
   float offset = 0;               ///< m
-  Vec3<float> point;              ///< m, in the scene, of the tool's surface
+  Vec3<float> point;  ///< m, in the scene, of the tool's surface without ToolSpring::shift
   /// m: sum(weights * u) of tissue that sticks to the tool
   Vec3<float> drift;
   float multiplier = 0;         ///< kg m
