@@ -368,7 +368,7 @@ PBDSURG_HOST_DEVICE inline void turn_to(const FeatureCorners& corners, const Swe
   SurfaceContact turned = contact_of(corners, met, base, start);
   turned.offset = turned.offset - dot(met.normal, shift);
   turned.point = turned.point - shift;  // as those of the start
-  // of a force that others hold against, what turns away is lost: it would throw corners off
+  // what has turned away of a force that others held against is lost: it would throw corners off
   turned.multiplier = dot(contact.normal, met.normal) * contact.multiplier;
   turned.friction = contact.friction - dot(contact.friction, met.normal) * met.normal;
   turned.stiffness = contact.stiffness;
