@@ -16,6 +16,8 @@ list(JOIN flags "," host_flags)
 target_compile_options(pbdsurg_build_flags INTERFACE
   # GCC 12 misreads std::string's operator+ as an overlapping copy (its bug 105651).
   "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>"
+  # of unity builds, where a source file is included
+  "$<$<AND:$<COMPILE_LANG_AND_ID:CXX,GNU>,$<BOOL:${CMAKE_UNITY_BUILD}>>:-Wno-subobject-linkage>"
   # nvcc's own output is not pedantic C++
   "$<$<COMPILE_LANGUAGE:CXX>:${flags};-Wpedantic>"
   # CMake learnt of nvcc's C++20 in 3.26, so it is not asked for as a feature
@@ -73,6 +75,7 @@ endfunction()
 function(pbdsurg_add_test name)
   cmake_parse_arguments(TEST "" "" "PARTS;SOURCES" ${ARGN})
   add_executable(${name}_tests ${TEST_SOURCES} ${TEST_UNPARSED_ARGUMENTS})
+  set_target_properties(${name}_tests PROPERTIES UNITY_BUILD OFF)  # files of tests share names
   target_link_libraries(${name}_tests PRIVATE
     pbdsurg_test_main $<IF:$<TARGET_EXISTS:pbdsurg_${name}>,pbdsurg_${name},pbdsurg::core>
     pbdsurg_build_flags)

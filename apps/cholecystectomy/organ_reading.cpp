@@ -17,9 +17,9 @@ using pbdsurg::LengthUnitGuess;
 using pbdsurg::MeshData;
 using pbdsurg::Organ;
 using pbdsurg::UnitOptions;
-using Points = std::vector<Eigen::Vector3d>;
+using OrganPoints = std::vector<Eigen::Vector3d>;
 
-double longest_side(const Points& points) {
+double longest_side(const OrganPoints& points) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : points) {
     box.extend(p);
@@ -41,7 +41,7 @@ void drop_unused_points(MeshData& mesh) {
     }
   }
   std::vector<pbdsurg::Index> new_id(mesh.points.size(), pbdsurg::kInvalidIndex);
-  Points points;
+  OrganPoints points;
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (used[v]) {
       new_id[v] = static_cast<pbdsurg::Index>(points.size());

@@ -29,7 +29,7 @@ namespace {
 
 enum class Kind { distance, volume, joint, vertex };
 
-struct Options {
+struct ColorOptions {
   std::string path;
   Kind kind = Kind::volume;
   ColoringOptions coloring;
@@ -102,7 +102,7 @@ struct Timed {
   std::string executor;  // who worked
 };
 
-Timed color(const Options& options, const ConstraintVertices& constraints) {
+Timed color(const ColorOptions& options, const ConstraintVertices& constraints) {
   ColoringOptions how = options.coloring;
   how.executor = programs::executor_named(options.executor);
   if (how.executor.kind() == ExecutorKind::device) {
@@ -123,7 +123,7 @@ void write_colors(const std::string& path, const Coloring& coloring) {
   write_file(path, lines);
 }
 
-void write_graph(const Options& options, const ConstraintVertices& constraints) {
+void write_graph(const ColorOptions& options, const ConstraintVertices& constraints) {
   const std::string comment = std::string(name_of(options.kind)) + " constraints of " +
                               std::filesystem::path(options.path).filename().string() +
                               ": an entry is a pair that shares a " + shared_by(options.kind);
@@ -131,7 +131,7 @@ void write_graph(const Options& options, const ConstraintVertices& constraints) 
              [&](std::ostream& stream) { write_conflict_graph(stream, constraints, comment); });
 }
 
-nlohmann::ordered_json to_json(const Options& options, const Constraints& constraints,
+nlohmann::ordered_json to_json(const ColorOptions& options, const Constraints& constraints,
                                const ColoringStatistics& statistics, const Timed& timed,
                                bool valid) {
   nlohmann::ordered_json json{{"constraints", statistics.constraints},
@@ -157,7 +157,7 @@ nlohmann::ordered_json to_json(const Options& options, const Constraints& constr
   return json;
 }
 
-void print_text(const Options& options, const Constraints& constraints,
+void print_text(const ColorOptions& options, const Constraints& constraints,
                 const ColoringStatistics& statistics, const Timed& timed) {
   std::cout.precision(3);
   std::cout << options.path << ": " << statistics.constraints << ' ' << name_of(options.kind)
@@ -177,7 +177,7 @@ void print_text(const Options& options, const Constraints& constraints,
 }
 
 /// @return  whether the colouring is valid
-bool run(const Options& options) {
+bool run(const ColorOptions& options) {
   for (const std::string& output : {options.output, options.graph}) {
     check_is_not_input(options.path, output);
   }
@@ -228,7 +228,7 @@ void require(bool condition, const CLI::Option& option, const std::string& neede
 void add_color(CLI::App& app, int& status) {
   CLI::App& command = *app.add_subcommand(
       "color", "Colour the constraints of a mesh; exit status 1 if two of one colour conflict");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ColorOptions>();
   ColoringOptions& coloring = options->coloring;
   command.add_option("file", options->path, "Mesh of tetrahedra")->required();
   add_choice(command, "--constraints", options->kind,

@@ -17,7 +17,7 @@
 namespace pbdsurg {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::vector<std::string> paths;
   UnitOptions unit;
   bool json = false;
@@ -84,7 +84,7 @@ void print_text(const NamedMesh& mesh, const MeshReport& report) {
 }
 
 /// @return  the exit status: 2 if a file cannot be read, else 1 if a mesh has errors
-int run(const Options& options) {
+int run(const CheckOptions& options) {
   int status = 0;
   std::vector<NamedMesh> meshes;
   std::map<std::string, nlohmann::ordered_json> entries;  // by path
@@ -130,7 +130,7 @@ void add_mesh_check(CLI::App& mesh, int& status) {
       "check",
       "Report all that is wrong with meshes; exit status 1 if one cannot be simulated, 2 if one "
       "cannot be read");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CheckOptions>();
   command.add_option("file", options->paths, "Mesh files")->required();
   add_unit_options(command, options->unit);
   command.add_flag("--json", options->json, "Print JSON: an object, or an array for several files");

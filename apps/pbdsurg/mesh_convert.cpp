@@ -15,7 +15,7 @@
 namespace pbdsurg {
 namespace {
 
-struct Options {
+struct ConvertOptions {
   std::string input;
   std::string output;
   UnitOptions unit;
@@ -25,7 +25,7 @@ struct Options {
   bool orient = false;
 };
 
-void run(const Options& options) {
+void run(const ConvertOptions& options) {
   check_is_not_input(options.input, options.output);
   MeshFile file = read_with_unit(options.input, options.unit);
   if (file.mesh.tets.empty() && file.mesh.triangles.empty()) {
@@ -58,7 +58,7 @@ void run(const Options& options) {
 void add_mesh_convert(CLI::App& mesh) {
   CLI::App& command = *mesh.add_subcommand(
       "convert", "Write a mesh in metres in the format that the extension names");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ConvertOptions>();
   command.add_option("input", options->input, "Mesh file")->required();
   command.add_option("output", options->output, "msh, vtk, vtu, stl or obj file")->required();
   add_unit_options(command, options->unit);

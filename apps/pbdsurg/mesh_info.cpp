@@ -10,13 +10,13 @@
 namespace pbdsurg {
 namespace {
 
-struct Options {
+struct InfoOptions {
   std::string path;
   UnitOptions unit;
   bool json = false;
 };
 
-void run(const Options& options) {
+void run(const InfoOptions& options) {
   const MeshFile file = read_with_unit(options.path, options.unit);
   const MeshReport report = check_mesh(file.mesh);
   if (options.json) {
@@ -30,7 +30,7 @@ void run(const Options& options) {
 
 void add_mesh_info(CLI::App& mesh) {
   CLI::App& command = *mesh.add_subcommand("info", "Count and measure a mesh");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<InfoOptions>();
   command.add_option("file", options->path, "Mesh file")->required();
   add_unit_options(command, options->unit);
   command.add_flag("--json", options->json, "Print JSON");

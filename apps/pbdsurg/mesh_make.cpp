@@ -27,7 +27,7 @@ namespace {
 constexpr double kMillimetre = 1e-3;
 constexpr std::string_view kTable2Prefix = "table2:";
 
-struct Options {
+struct MakeOptions {
   std::string what;
   std::string output;
   Index vertex_count = 0;
@@ -46,14 +46,14 @@ struct Made {
 };
 
 // What is asked for on the command line replaces the recipe's resolution.
-void apply_resolution(const Options& options, TetrahedralizeOptions& recipe) {
+void apply_resolution(const MakeOptions& options, TetrahedralizeOptions& recipe) {
   if (options.vertex_count > 0 || options.spacing_mm > 0) {
     recipe.vertex_count = options.vertex_count;
     recipe.spacing = kMillimetre * options.spacing_mm;
   }
 }
 
-Made make_table2(const Options& options) {
+Made make_table2(const MakeOptions& options) {
   const std::string_view row = std::string_view(options.what).substr(kTable2Prefix.size());
   int number = 0;
   const auto [end, error] = std::from_chars(row.data(), row.data() + row.size(), number);
@@ -78,7 +78,7 @@ MeshReport check_surface(const MeshData& mesh) {
   return check_mesh(surface);
 }
 
-Made make_from_file(const Options& options) {
+Made make_from_file(const MakeOptions& options) {
   TetrahedralizeOptions recipe;
   recipe.vertex_count = 10'000;
   apply_resolution(options, recipe);
@@ -100,7 +100,7 @@ Made make_from_file(const Options& options) {
   }
 }
 
-Made make(const Options& options) {
+Made make(const MakeOptions& options) {
   const auto organ = std::find_if(kOrgans.begin(), kOrgans.end(),
                                   [&](Organ o) { return options.what == name_of(o); });
   const bool from_file = organ == kOrgans.end() && !options.what.starts_with(kTable2Prefix);
@@ -157,7 +157,7 @@ nlohmann::ordered_json topology_json(const MeshReport& surface) {
 }
 
 // What is unusual about the mesh, for people.
-void print_remarks(const Options& options, const TetrahedralizeReport& report) {
+void print_remarks(const MakeOptions& options, const TetrahedralizeReport& report) {
   if (report.pieces > 1) {
     std::cerr << "pbdsurg: " << options.what << ": the largest of " << report.pieces
               << " pieces is kept; " << report.dropped_tets << " tets are dropped\n";
@@ -173,7 +173,7 @@ void print_remarks(const Options& options, const TetrahedralizeReport& report) {
   }
 }
 
-void run(const Options& options) {
+void run(const MakeOptions& options) {
   const Made made = make(options);
   MeshFile file;
   file.format = "made by pbdsurg";
@@ -225,7 +225,7 @@ std::string organ_names() {
 
 void add_mesh_make(CLI::App& mesh) {
   CLI::App& command = *mesh.add_subcommand("make", "Make a mesh of tetrahedra");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MakeOptions>();
   command
       .add_option("what", options->what,
                   organ_names() + "table2:1 to table2:5, or a surface file to fill")

@@ -29,7 +29,7 @@ using hdapi_emulator::FaultPlan;
 // (Mussa-Ivaldi, Hogan and Bizzi, J. Neuroscience 5(10), 1985).
 constexpr double kGripStiffness = 300;  // N/m
 constexpr double kGripDamping = 5;      // N s/m
-constexpr int kJawButton = 1;           // HD_DEVICE_BUTTON_1
+constexpr int kFirstButton = 1;         // HD_DEVICE_BUTTON_1
 
 // The time of scripts: the scheduler's, which does not jump.
 class ScriptClock final : public pbdsurg::Clock {
@@ -111,7 +111,7 @@ class RehearsedHand {
     hand.target = mapping_.arm_at(state.pose.translation()).cast<double>();
     hand.stiffness = kGripStiffness;
     hand.damping = kGripDamping;
-    hand.buttons = state.jaw < 0.5F ? kJawButton : 0;
+    hand.buttons = state.jaw < 0.5F ? kFirstButton : 0;
     return hand;
   }
 

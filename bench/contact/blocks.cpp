@@ -10,8 +10,6 @@
 namespace pbdsurg::bench {
 namespace {
 
-constexpr float kStep = 5e-3F;  // s
-
 // m, from zero outwards.
 std::vector<double> graded_places(const GradedBlock& block, double end) {
   constexpr double kGrowth = 1.25;
@@ -68,8 +66,8 @@ Eigen::Vector3d center_of(const Solver& solver) {
 
 void settle(Solver& solver, double most) {
   constexpr float kStill = 2e-6F;  // m/s
-  for (int i = 0; i * double{kStep} < most; ++i) {
-    solver.step(kStep);
+  for (int i = 0; i * double{kCaseStep} < most; ++i) {
+    solver.step(kCaseStep);
     if (i % 20 == 19) {
       const auto velocities = solver.velocities();
       const auto fastest = std::ranges::max_element(
@@ -86,7 +84,7 @@ void press(Solver& solver, ToolId tool, const Eigen::Vector3f& touch, double dep
   for (int i = 1; i <= kSteps; ++i) {
     const auto sunk = static_cast<float>(depth * i / kSteps);
     solver.move_tool(tool, at(touch - Eigen::Vector3f(0, 0, sunk)));
-    solver.step(kStep);
+    solver.step(kCaseStep);
   }
   settle(solver, 4);
 }

@@ -13,6 +13,10 @@
 
 namespace pbdsurg::bench {
 
+inline constexpr float kCaseStep = 5e-3F;  ///< s
+inline constexpr float kGravity = 9.81F;   ///< m/s^2
+inline constexpr ToolSurface kSmooth{ContactFeatures::all, 0};
+
 /// A block below z = 0 whose edges grow from the origin outwards, each by a quarter.
 struct GradedBlock {
   double edge;        ///< m, of cubes near the origin

@@ -13,10 +13,7 @@
 namespace pbdsurg::bench {
 namespace {
 
-constexpr float kStep = 5e-3F;  // s
-constexpr float kGravity = 9.81F;
 constexpr double kModulus = 10e3, kRatio = 0.45;
-constexpr ToolSurface kSmooth{ContactFeatures::all, 0};
 
 Scene scene_of(TetMesh mesh, const Material& material) {
   Scene scene;
@@ -116,8 +113,8 @@ Solver block_on_table(const SolverOptions& options, const Eigen::Vector3f& gravi
 }
 
 void step_for(Solver& solver, double seconds) {
-  for (int i = 0; i * double{kStep} < seconds; ++i) {
-    solver.step(kStep);
+  for (int i = 0; i * double{kCaseStep} < seconds; ++i) {
+    solver.step(kCaseStep);
   }
 }
 

@@ -16,8 +16,6 @@
 namespace pbdsurg::bench {
 namespace {
 
-constexpr ToolSurface kSmooth{ContactFeatures::all, 0};
-
 // Whether a triangle lies across the line upwards from a tip.
 bool crosses(const std::vector<Eigen::Vector3f>& positions, const std::vector<Triangle>& triangles,
              const Eigen::Vector3f& tip) {

@@ -10,7 +10,7 @@ namespace {
 
 // Of Vivace's palettes: on a mesh whose edges take 31 colours, divisors of 2.0 to 2.5 gave the
 // shares of the paper's "random disc".
-constexpr double kShrink = 2.2;
+constexpr double kPaletteShrink = 2.2;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::vector<ColoringOptions> table1_colorings() {
   colorings.push_back({.algorithm = ColoringAlgorithm::luby});
   colorings.push_back({.algorithm = ColoringAlgorithm::jones_plassmann});
   colorings.push_back(
-      {.algorithm = ColoringAlgorithm::random_disc, .disc = {Palette::conflicts, kShrink}});
+      {.algorithm = ColoringAlgorithm::random_disc, .disc = {Palette::conflicts, kPaletteShrink}});
   colorings.push_back({.algorithm = ColoringAlgorithm::random_disc});
   for (const ColoringAlgorithm algorithm :
        {ColoringAlgorithm::greedy, ColoringAlgorithm::random_disc}) {

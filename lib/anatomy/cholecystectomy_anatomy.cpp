@@ -9,14 +9,12 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/surface_distance.h"
 
+#include "lib/anatomy/wall_cells.h"
 #include "lib/base/describe.h"
 #include "lib/mesh/outer_surface.h"
 
 namespace pbdsurg {
 namespace {
-
-// The thinnest wall without holes is 1 / 0.89 cells thick.
-constexpr double kWallCellsPerThickness = 0.88;
 
 constexpr int kBall = 1;  // Euler number of a solid organ
 constexpr int kHollowBall = 2;

@@ -12,15 +12,11 @@
 #include "pbdsurg/mesh/tetrahedralize.h"
 
 #include "lib/anatomy/tetgen_program.h"
+#include "lib/anatomy/wall_cells.h"
 #include "lib/mesh/outer_surface.h"
 
 namespace pbdsurg {
 namespace {
-
-// A wall of 1 / 0.88 cells is as thin as the lattice resolves without holes. Then nearly all
-// vertices are on the boundary, as in the paper's meshes, and the counts of links and tetrahedra
-// follow.
-constexpr double kWallCellsPerThickness = 0.88;
 
 // m; where the search for the row's vertex count ends, so that it is over at once.
 constexpr std::array<double, 5> kHollowSpacing{3.088e-3, 2.382e-3, 1.934e-3, 1.799e-3, 1.399e-3};

@@ -8,8 +8,8 @@
 namespace pbdsurg {
 namespace {
 
-constexpr Index kGroup = 256;                                   // slots
-constexpr float kAll = std::numeric_limits<float>::infinity();  // m: surfaces are whole
+constexpr Index kGroup = 256;                                         // slots
+constexpr float kUnbounded = std::numeric_limits<float>::infinity();  // m
 
 }  // namespace
 
@@ -167,7 +167,7 @@ void NearTriangles::list_near(Group& group) {
 // m, that a ball or tissue may have gone since the last step; infinite if nothing tells
 float NearTriangles::way_of(std::span<const ToolPoint> balls, double time) const {
   if (!has_looked_ || !(time >= time_)) {
-    return kAll;
+    return kUnbounded;
   }
   float farthest = 0;
   for (std::size_t i = 0; i < balls.size(); ++i) {
@@ -249,7 +249,7 @@ void NearTriangles::look_at_all(const Solver& solver, std::span<const ToolPoint>
     looked_at_.push_back(&group);
     culled_.push_back({group.triangles, positions_, 0, 0});
   });
-  distances_.assign(balls.size(), kAll);
+  distances_.assign(balls.size(), kUnbounded);
   cull_.find(culled_, balls, distances_, ContactPatch::kMargin + kSlack);
   reaches_.resize(balls.size());
   note_reaches(cull_.reaches());

@@ -14,7 +14,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLowResistance = 100;  // ohm, below which current is limited
 
-void check(const char* what, double value, double most, const char* rule) {
+void check_setting(const char* what, double value, double most, const char* rule) {
   if (!(value > 0 && value <= most)) {
     throw InvalidArgument(std::string("generator ") + what + " is " + std::to_string(value) +
                           "; it must be " + rule);
@@ -41,14 +41,14 @@ Generator::Generator(const GeneratorSettings& settings) : settings_(settings) {
   constexpr double kMost = std::numeric_limits<double>::max();
   const char* const positive = "positive and finite";
   if (settings.mode == GeneratorMode::known_current) {
-    check("current", settings.current_limit, kMost, positive);
+    check_setting("current", settings.current_limit, kMost, positive);
     settings_ = known_current_settings(settings.current_limit);
     return;
   }
-  check("power", settings.power, kMost, positive);
-  check("current limit", settings.current_limit, kMost, positive);
-  check("voltage limit", settings.voltage_limit, kMost, positive);
-  check("duty", settings.duty, 1, "in (0, 1]");
+  check_setting("power", settings.power, kMost, positive);
+  check_setting("current limit", settings.current_limit, kMost, positive);
+  check_setting("voltage limit", settings.voltage_limit, kMost, positive);
+  check_setting("duty", settings.duty, 1, "in (0, 1]");
 }
 
 OperatingPoint Generator::drive(double resistance) const noexcept {

@@ -9,8 +9,8 @@
 namespace pbdsurg {
 namespace {
 
-void check(const LiveSurface& surface, const SurfaceFields& fields, std::span<const Index> changed,
-           std::span<const SlotRange> slots) {
+void check_fields(const LiveSurface& surface, const SurfaceFields& fields,
+                  std::span<const Index> changed, std::span<const SlotRange> slots) {
   const std::size_t size = fields.temperatures.size();
   for (const std::size_t other :
        {fields.survival.size(), fields.water.size(), fields.charred.size()}) {
@@ -61,7 +61,7 @@ void SurfaceMap::begin(const LiveSurface& surface, const SurfaceFields& fields,
     seen_surface_ = 0;
   }
   surface.collect_changes(seen_surface_, ranges_);
-  check(surface, fields, changed, ranges_);
+  check_fields(surface, fields, changed, ranges_);
   seen_surface_ = surface.version();
   const std::size_t vertex_count = fields.temperatures.size();
   temperatures_.resize(vertex_count);

@@ -11,7 +11,7 @@ namespace pbdsurg {
 namespace {
 
 // A boundary edge with the two triangle corners at its ends; corner 3 t + i is vertex i of t.
-struct Side {
+struct BoundarySide {
   Edge edge;
   Index first_corner, second_corner;
 };
@@ -31,18 +31,18 @@ BoundaryCheck check_boundary(Index point_count, std::span<const Tet> tets) {
   for (const BoundaryTriangle& triangle : find_boundary(tets)) {
     triangles.push_back(triangle.vertices);
   }
-  std::vector<Side> sides;
+  std::vector<BoundarySide> sides;
   sides.reserve(3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3;
       const Index a = triangles[t][i], b = triangles[t][j];
       const auto corner = static_cast<Index>(3 * t);
-      sides.push_back(a < b ? Side{{a, b}, corner + i, corner + j}
-                            : Side{{b, a}, corner + j, corner + i});
+      sides.push_back(a < b ? BoundarySide{{a, b}, corner + i, corner + j}
+                            : BoundarySide{{b, a}, corner + j, corner + i});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(sides.begin(), sides.end(), [](const BoundarySide& a, const BoundarySide& b) {
     return a.edge != b.edge ? a.edge < b.edge : a.first_corner < b.first_corner;
   });
 

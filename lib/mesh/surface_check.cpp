@@ -10,7 +10,7 @@ namespace pbdsurg {
 namespace {
 
 /// One side of a triangle.
-struct Side {
+struct SurfaceSide {
   Edge edge;             // smaller id first
   std::uint32_t corner;  // 3 * triangle + place of the corner it starts from
   bool forward;          // runs from the smaller id to the larger
@@ -23,7 +23,7 @@ std::uint32_t next_corner(std::uint32_t corner) {
 }  // namespace
 
 SurfaceDefects find_surface_defects(Index vertex_count, std::span<const Triangle> triangles) {
-  std::vector<Side> sides;
+  std::vector<SurfaceSide> sides;
   sides.reserve(3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -33,7 +33,7 @@ SurfaceDefects find_surface_defects(Index vertex_count, std::span<const Triangle
           {{std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(3 * t + k), a < b});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(sides.begin(), sides.end(), [](const SurfaceSide& a, const SurfaceSide& b) {
     return a.edge != b.edge ? a.edge < b.edge : a.corner < b.corner;
   });
 
@@ -45,8 +45,8 @@ SurfaceDefects find_surface_defects(Index vertex_count, std::span<const Triangle
     const Edge edge = sides[begin].edge;
     std::size_t end = begin;
     for (; end < sides.size() && sides[end].edge == edge; ++end) {
-      const Side& first = sides[begin];
-      const Side& side = sides[end];
+      const SurfaceSide& first = sides[begin];
+      const SurfaceSide& side = sides[end];
       pieces.join(first.corner / 3, side.corner / 3);
       const bool same = first.forward == side.forward;
       fans.join(first.corner, same ? side.corner : next_corner(side.corner));

@@ -10,7 +10,7 @@
 namespace pbdsurg {
 namespace {
 
-std::string escaped(const std::string& name) {
+std::string xml_escaped(const std::string& name) {
   std::string result;
   for (const char c : name) {
     switch (c) {
@@ -56,8 +56,8 @@ class Arrays {
   /// @param each  calls its argument with each value of the array
   template <class Number, class Each>
   void add(const std::string& name, int components, std::size_t value_count, Each&& each) {
-    out_ += std::string("<DataArray type=\"") + type_name<Number>() + "\" Name=\"" + escaped(name) +
-            "\" NumberOfComponents=\"" + std::to_string(components) + '"';
+    out_ += std::string("<DataArray type=\"") + type_name<Number>() + "\" Name=\"" +
+            xml_escaped(name) + "\" NumberOfComponents=\"" + std::to_string(components) + '"';
     if (binary_) {
       out_ += " format=\"appended\" offset=\"" + std::to_string(appended_.size()) + "\"/>\n";
       append_bytes(appended_, static_cast<std::uint64_t>(value_count * sizeof(Number)),

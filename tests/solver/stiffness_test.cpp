@@ -29,7 +29,6 @@ using testing::run;
 
 constexpr std::array<Index, 3> kCells{6, 2, 2};
 constexpr double kLength = kCells[0] * kSoftEdge;
-constexpr double kArea = kCells[1] * kSoftEdge * kCells[2] * kSoftEdge;
 const float kPull = 0.02F;  // N, on the end
 
 // A bar along x, held at its start, without weight.

@@ -13,15 +13,15 @@
 namespace pbdsurg {
 namespace {
 
-[[noreturn]] void refuse(std::size_t contact, const std::string& why) {
+[[noreturn]] void refuse_touch(std::size_t contact, const std::string& why) {
   throw InvalidArgument("contact " + std::to_string(contact) + " between bodies of the snapshot " +
                         why);
 }
 
 void check_number(std::size_t contact, const char* what, Index id, std::size_t count) {
   if (id < 0 || static_cast<std::size_t>(id) >= count) {
-    refuse(contact, "has " + std::string(what) + " " + std::to_string(id) +
-                        "; ids must be in [0, " + std::to_string(count) + ")");
+    refuse_touch(contact, "has " + std::string(what) + " " + std::to_string(id) +
+                              "; ids must be in [0, " + std::to_string(count) + ")");
   }
 }
 
@@ -47,7 +47,7 @@ void check_touches(std::span<const SnapshotBodyContact> contacts, std::size_t ve
     const SnapshotBodyContact& contact = contacts[i];
     check_number(i, "vertex", contact.vertex, vertex_count);
     check_number(i, "body", contact.body, body_count);
-    check_force(contact, [&](const std::string& why) { refuse(i, why); });
+    check_force(contact, [&](const std::string& why) { refuse_touch(i, why); });
     slots.emplace_back(contact.vertex, contact.body);
   }
   std::ranges::sort(slots);
