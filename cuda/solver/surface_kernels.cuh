@@ -274,20 +274,23 @@ __device__ inline Index list_candidates(const SurfaceArrays& surfaces, Index mee
   __shared__ typename Scan::TempStorage storage;
   const std::uint32_t* const near = surfaces.near + of_pusher(meeter, surfaces.word_room);
   Index* const candidates = surfaces.candidates + of_pusher(meeter, surfaces.tool_room);
-  Index found = 0;
-  for (Index first = 0; first < surfaces.word_room; first += kListThreads) {
-    const Index word = first + static_cast<Index>(threadIdx.x);
-    std::uint32_t bits = word < surfaces.word_room ? __ldcg(near + word) : 0;
-    Index rank = 0, sum = 0;
-    Scan(storage).ExclusiveSum(__popc(bits), rank, sum);
-    __syncthreads();  // the storage is used again
-    for (rank += found; bits != 0 && rank < capacity; ++rank, bits &= bits - 1) {
-      candidates[rank] = word * kWarp + __ffs(static_cast<int>(bits)) - 1;
+  const Index each = (surfaces.word_room + kListThreads - 1) / kListThreads;
+  const Index first = each * static_cast<Index>(threadIdx.x);
+  const Index end = first + each < surfaces.word_room ? first + each : surfaces.word_room;
+  Index own = 0, rank = 0, all = 0;
+  for (Index word = first; word < end; ++word) {
+    own += __popc(__ldcg(near + word));
+  }
+  Scan(storage).ExclusiveSum(own, rank, all);
+  for (Index word = first; word < end && own > 0; ++word) {
+    for (std::uint32_t bits = __ldcg(near + word); bits != 0; bits &= bits - 1, ++rank, --own) {
+      if (rank < capacity) {
+        candidates[rank] = word * kWarp + __ffs(static_cast<int>(bits)) - 1;
+      }
     }
-    found += sum;
   }
   __syncthreads();
-  return found;
+  return all;
 }
 
 constexpr Index kListedBefore = -1;  // in place of a level: there is one of that feature
@@ -325,13 +328,30 @@ __device__ inline Index order_contacts(DeviceContact* found, Index count, Device
   return kept;
 }
 
+/// What chaining reads again and again, near at hand: of so many contacts at most.
+struct ChainStage {
+  static constexpr Index kRoom = 512;
+  ContactFeature features[kRoom];
+  Index before[3 * kRoom];  ///< next_holds
+  Index levels[kRoom];
+};
+
 /// Chains the holds of each place, the last first, and finds levels.
 /// @param count  of contacts
 __device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count) {
   const auto thread = static_cast<Index>(threadIdx.x);
   DeviceContact* const contacts = surfaces.contacts;
+  __shared__ ChainStage stage;
+  const bool is_staged = count <= ChainStage::kRoom;
+  const auto feature_at = [&](Index c) -> const ContactFeature& {
+    return is_staged ? stage.features[c] : contacts[c].contact.feature;
+  };
+  const auto level_at = [&](Index c) -> volatile Index& {
+    return is_staged ? stage.levels[c] : contacts[c].level;
+  };
+  Index* const before_of = is_staged ? stage.before : surfaces.next_holds;
   const auto corner_at = [&](Index c, Index place) {
-    const ContactFeature& feature = contacts[c].contact.feature;
+    const ContactFeature& feature = feature_at(c);
     for (int k = 0; k < 3; ++k) {
       if (feature.places[k] == place) {
         return k;
@@ -339,15 +359,30 @@ __device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count
     }
     return -1;
   };
+  constexpr Index kUnknown = -1;
+  __shared__ Index levels;
+  if (thread == 0) {
+    levels = 0;
+  }
+  for (Index c = thread; c < count; c += kListThreads) {
+    if (is_staged) {
+      stage.features[c] = contacts[c].contact.feature;
+    }
+    level_at(c) = kUnknown;
+  }
+  __syncthreads();
   for (Index hold = thread; hold < 3 * count; hold += kListThreads) {
     const Index own = hold / 3;
-    const Index place = contacts[own].contact.feature.places[hold % 3];
+    const Index place = feature_at(own).places[hold % 3];
     Index before = kInvalidIndex;
     for (Index c = own - 1; place != kInvalidIndex && before == kInvalidIndex && c >= 0; --c) {
       const int corner = corner_at(c, place);
       before = corner < 0 ? kInvalidIndex : 3 * c + corner;
     }
-    surfaces.next_holds[hold] = before;
+    before_of[hold] = before;
+    if (is_staged) {
+      surfaces.next_holds[hold] = before;
+    }
     bool is_last = place != kInvalidIndex;
     for (Index c = own + 1; is_last && c < count; ++c) {
       is_last = corner_at(c, place) < 0;
@@ -356,45 +391,40 @@ __device__ inline void chain_contacts(const SurfaceArrays& surfaces, Index count
       surfaces.first_holds[place] = hold;
     }
   }
-  __syncthreads();
-  constexpr Index kUnknown = -1;
-  for (Index c = thread; c < count; c += kListThreads) {
-    contacts[c].level = kUnknown;
-  }
-  __shared__ Index levels;
-  if (thread == 0) {
-    levels = 0;
-  }
   bool is_any_unknown = count > 0;
   while (is_any_unknown) {
     __syncthreads();
     is_any_unknown = false;
     for (Index c = thread; c < count; c += kListThreads) {
-      volatile Index& own = contacts[c].level;
-      if (own != kUnknown) {
+      if (level_at(c) != kUnknown) {
         continue;
       }
       Index level = 0;
-      for (int k = 0; k < 3 && level != kUnknown; ++k) {
-        const Index before = surfaces.next_holds[3 * c + k];
+      const auto come_after = [&](Index other) {
+        const Index known = level_at(other);
+        level = known == kUnknown || level == kUnknown ? kUnknown
+                                                       : (known + 1 > level ? known + 1 : level);
+      };
+      for (int k = 0; k < 3; ++k) {
+        const Index before = before_of[3 * c + k];
         if (before != kInvalidIndex) {
-          const volatile Index& known = contacts[before / 3].level;
-          level = known == kUnknown ? kUnknown : (known + 1 > level ? known + 1 : level);
+          come_after(before / 3);
         }
       }
-      // the one before at its spring
-      if (level != kUnknown && c > 0 && contacts[c].spring != kInvalidIndex &&
-          contacts[c - 1].spring == contacts[c].spring) {
-        const volatile Index& known = contacts[c - 1].level;
-        level = known == kUnknown ? kUnknown : (known + 1 > level ? known + 1 : level);
+      const Index spring = contacts[c].spring;
+      if (spring != kInvalidIndex && c > 0 && contacts[c - 1].spring == spring) {
+        come_after(c - 1);
       }
-      own = level;
+      level_at(c) = level;
       atomicMax(&levels, level + 1);
       is_any_unknown |= level == kUnknown;
     }
     is_any_unknown = __syncthreads_or(is_any_unknown) != 0;
   }
   __syncthreads();
+  for (Index c = thread; is_staged && c < count; c += kListThreads) {
+    contacts[c].level = stage.levels[c];
+  }
   if (thread == 0) {
     *surfaces.level_counts = levels;
   }
@@ -422,37 +452,51 @@ __global__ void __launch_bounds__(kListThreads)
   const Index capacity =
       input->contact_capacity < surfaces.tool_room ? input->contact_capacity : surfaces.tool_room;
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
-  Index end = 0, dropped = 0;
+  Index all = 0, dropped = 0;
+  for (Index m = 0; m < input->meeter_count; ++m) {
+    const Index met = list_candidates(surfaces, m, capacity);
+    const Index count = met < capacity ? met : capacity;
+    all += count;
+    dropped += met - count;
+    if (thread == 0) {
+      surfaces.ends[m] = count;  // for now
+    }
+  }
+  __syncthreads();
+  // of all tools at once, as a thread waits long for what one candidate needs
+  for (Index i = thread; i < all; i += kListThreads) {
+    Index m = 0, rank = i;
+    for (; rank >= surfaces.ends[m]; ++m) {
+      rank -= surfaces.ends[m];
+    }
+    const MeeterInput& meeter = meeters.meeters[m];
+    Candidate candidate;
+    load_candidate(state, surfaces, meeter,
+                   surfaces.candidates[of_pusher(m, surfaces.tool_room) + rank], vertices,
+                   candidate);
+    const RememberedContact* known = nullptr;
+    const MetFeature met = meeters.meet(state, surfaces, m, candidate, known);
+    DeviceContact& found = surfaces.found[i];
+    found.contact = contact_of(
+        candidate.corners, met, [&](Index place) { return base_of(state, place); },
+        [&](Index place) { return own_start(state, place); });
+    if (remembers && known != nullptr) {
+      recall(*known, inverse_dt_squared, found.contact);
+    }
+    found.friction = meeter.friction;
+    found.swept = met.capsule == kInvalidIndex ? kInvalidIndex : meeter.first_capsule + met.capsule;
+    found.spring = meeter.compliance > 0 ? m : kInvalidIndex;
+  }
+  __syncthreads();
+  Index first = 0, end = 0;
   for (Index m = 0; m < surfaces.meeter_room; ++m) {
+    const Index count = m < input->meeter_count ? surfaces.ends[m] : 0;
+    __syncthreads();
     if (thread == 0) {
       surfaces.ends[m] = end;
     }
-    if (m >= input->meeter_count) {
-      continue;
-    }
-    const Index all = list_candidates(surfaces, m, capacity);
-    const Index count = all < capacity ? all : capacity;
-    dropped += all - count;
-    const Index* const candidates = surfaces.candidates + of_pusher(m, surfaces.tool_room);
-    for (Index i = thread; i < count; i += kListThreads) {
-      Candidate candidate;
-      load_candidate(state, surfaces, meeters.meeters[m], candidates[i], vertices, candidate);
-      const RememberedContact* known = nullptr;
-      const MetFeature met = meeters.meet(state, surfaces, m, candidate, known);
-      DeviceContact& found = surfaces.found[i];
-      found.contact = contact_of(
-          candidate.corners, met, [&](Index place) { return base_of(state, place); },
-          [&](Index place) { return own_start(state, place); });
-      if (remembers && known != nullptr) {
-        recall(*known, inverse_dt_squared, found.contact);
-      }
-      found.friction = meeters.meeters[m].friction;
-      found.swept = met.capsule == kInvalidIndex ? kInvalidIndex
-                                                 : meeters.meeters[m].first_capsule + met.capsule;
-      found.spring = meeters.meeters[m].compliance > 0 ? m : kInvalidIndex;
-    }
-    __syncthreads();
-    end += order_contacts(surfaces.found, count, surfaces.contacts + end);
+    end += order_contacts(surfaces.found + first, count, surfaces.contacts + end);
+    first += count;
   }
   for (Index m = thread; m < input->meeter_count; m += kListThreads) {
     ToolSpring spring{meeters.displacement(surfaces, m), {}, 0};
