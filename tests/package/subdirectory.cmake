@@ -9,7 +9,7 @@ if(HAS_CUDA)
 endif()
 build_and_run_consumer(subdirectory -D PBDSURG_SOURCE_DIR=${SOURCE_DIR}
   -D CONSUMER_LIBRARY=pbdsurg::pbdsurg -D BUILD_SHARED_LIBS=ON -D PBDSURG_INSTALL=ON -D PBDSURG_BUILD_APPS=ON
-  ${cuda_options} -D CMAKE_DISABLE_FIND_PACKAGE_METIS=ON)
+  -D CMAKE_UNITY_BUILD=${UNITY_BUILD} ${cuda_options} -D CMAKE_DISABLE_FIND_PACKAGE_METIS=ON)
 # programs need all that they call to be in the shared library, and find it where they are installed
 run(${CMAKE_COMMAND} --build "${WORK_DIR}/consumer_subdirectory" --target pbdsurg cholecystectomy --parallel 2)
 file(REMOVE_RECURSE "${WORK_DIR}/installed_shared")
