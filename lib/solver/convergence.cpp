@@ -27,18 +27,18 @@
 namespace pbdsurg {
 namespace {
 
-using Precise = Vec3<double>;
+using Vec3d = Vec3<double>;
 
-double norm(const Precise& v) {
+double norm(const Vec3d& v) {
   return std::sqrt(dot(v, v));
 }
 
 /// A substep whose end is known, and the forces there.
 struct Ending {
-  std::vector<Precise> start, end;  ///< [place] m
-  double h;                         ///< s
-  std::vector<Precise> forces;      ///< [place] N
-  std::vector<bool> counts;         ///< [place]
+  std::vector<Vec3d> start, end;  ///< [place] m
+  double h;                       ///< s
+  std::vector<Vec3d> forces;      ///< [place] N
+  std::vector<bool> counts;       ///< [place]
 
   template <std::size_t kCount>
   void leave_out(const std::array<Index, kCount>& places) {
@@ -50,10 +50,10 @@ struct Ending {
   /// A dashpot or a spring along an edge.
   /// @param pull  N, that brings the ends together
   void add_pull(Index a, Index b, double pull) {
-    const Precise d = end[b] - end[a];
+    const Vec3d d = end[b] - end[a];
     const double length = norm(d);
     if (length > 0) {
-      const Precise force = (pull / length) * d;
+      const Vec3d force = (pull / length) * d;
       forces[a] = forces[a] + force;
       forces[b] = forces[b] - force;
     }
@@ -64,7 +64,7 @@ struct Ending {
   }
 };
 
-double volume_of(const std::vector<Precise>& x, const Tet& tet) {
+double volume_of(const std::vector<Vec3d>& x, const Tet& tet) {
   return dot(x[tet[1]] - x[tet[0]], cross(x[tet[2]] - x[tet[0]], x[tet[3]] - x[tet[0]])) / 6;
 }
 
@@ -84,16 +84,16 @@ void add_tet(const VertexTet& tet, Ending& ending) {
   for (std::size_t corner = 0; corner < 4; ++corner) {
     const auto& face = kTetTriangles[corner];
     const auto& x = ending.end;
-    const Precise& a = x[tet.vertices[face[0]]];
-    const Precise outward = cross(x[tet.vertices[face[1]]] - a, x[tet.vertices[face[2]]] - a);
-    Precise& force = ending.forces[tet.vertices[corner]];
+    const Vec3d& a = x[tet.vertices[face[0]]];
+    const Vec3d outward = cross(x[tet.vertices[face[1]]] - a, x[tet.vertices[face[2]]] - a);
+    Vec3d& force = ending.forces[tet.vertices[corner]];
     force = force + (pressure / 6) * outward;  // against the gradient of the volume
   }
 }
 
 void add_fibre(const VertexTet& tet, Ending& ending) {
   const auto& x = ending.end;
-  Precise stretched;
+  Vec3d stretched;
   for (std::size_t k = 0; k < 3; ++k) {
     stretched =
         stretched + double{tet.fibre_shares[k]} * (x[tet.vertices[k + 1]] - x[tet.vertices[0]]);
@@ -102,10 +102,10 @@ void add_fibre(const VertexTet& tet, Ending& ending) {
   if (length <= 1) {
     return;
   }
-  const Precise pull = (tet.fibre_stiffness * (length - 1) / length) * stretched;
+  const Vec3d pull = (tet.fibre_stiffness * (length - 1) / length) * stretched;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Precise force = double{tet.fibre_shares[k]} * pull;
-    Precise &end = ending.forces[tet.vertices[k + 1]], &start = ending.forces[tet.vertices[0]];
+    const Vec3d force = double{tet.fibre_shares[k]} * pull;
+    Vec3d &end = ending.forces[tet.vertices[k + 1]], &start = ending.forces[tet.vertices[0]];
     end = end - force;
     start = start + force;
   }
@@ -113,8 +113,8 @@ void add_fibre(const VertexTet& tet, Ending& ending) {
 
 void add_triangle(const VertexTriangle& triangle, Ending& ending) {
   const auto& v = triangle.vertices;
-  const auto pull_in = [&](const std::vector<Precise>& x, std::size_t corner) {
-    const Precise& own = x[v[corner]];
+  const auto pull_in = [&](const std::vector<Vec3d>& x, std::size_t corner) {
+    const Vec3d& own = x[v[corner]];
     return AreaPull<double>(x[v[(corner + 1) % 3]] - own, x[v[(corner + 2) % 3]] - own);
   };
   const double area = pull_in(ending.end, 0).area;
@@ -125,7 +125,7 @@ void add_triangle(const VertexTriangle& triangle, Ending& ending) {
     ending.add_pull(a, b,
                     triangle.weights[corner] * ending.length(a, b) +
                         triangle.edge_damping[corner] / ending.h * ending.lengthened(a, b));
-    Precise& force = ending.forces[v[corner]];
+    Vec3d& force = ending.forces[v[corner]];
     force = force - tension * pull_in(ending.end, corner).gradient;
   }
 }
@@ -135,27 +135,27 @@ void add_hinge(const VertexHinge& hinge, Ending& ending) {
     const Index a = hinge.vertices[kTetEdges[e][0]], b = hinge.vertices[kTetEdges[e][1]];
     ending.add_pull(a, b, hinge.weights[e] * ending.length(a, b));
   }
-  const Precise e = ending.end[hinge.vertices[1]] - ending.end[hinge.vertices[0]];
-  const Precise left = ending.end[hinge.vertices[2]] - ending.end[hinge.vertices[0]];
-  const Precise right = ending.end[hinge.vertices[3]] - ending.end[hinge.vertices[0]];
-  const Precise gradients[4] = {{}, cross(left, right), cross(right, e), cross(e, left)};
+  const Vec3d e = ending.end[hinge.vertices[1]] - ending.end[hinge.vertices[0]];
+  const Vec3d left = ending.end[hinge.vertices[2]] - ending.end[hinge.vertices[0]];
+  const Vec3d right = ending.end[hinge.vertices[3]] - ending.end[hinge.vertices[0]];
+  const Vec3d gradients[4] = {{}, cross(left, right), cross(right, e), cross(e, left)};
   for (std::size_t k = 1; k < 4; ++k) {
-    const Precise force = double{-hinge.moment} * gradients[k];
-    Precise &own = ending.forces[hinge.vertices[k]], &first = ending.forces[hinge.vertices[0]];
+    const Vec3d force = double{-hinge.moment} * gradients[k];
+    Vec3d &own = ending.forces[hinge.vertices[k]], &first = ending.forces[hinge.vertices[0]];
     own = own + force;
     first = first - force;
   }
-  const auto corners_in = [&](const std::vector<Precise>& x, Precise(&corners)[4]) {
+  const auto corners_in = [&](const std::vector<Vec3d>& x, Vec3d(&corners)[4]) {
     for (std::size_t k = 0; k < 4; ++k) {
       corners[k] = x[hinge.vertices[k]];
     }
   };
-  Precise corners[4];
+  Vec3d corners[4];
   if (hinge.stiffness > 0) {
     corners_in(ending.end, corners);
     const auto turn = BendingConstraint::turn(corners, double{hinge.rest});
     for (std::size_t k = 0; k < 4; ++k) {
-      Precise& force = ending.forces[hinge.vertices[k]];
+      Vec3d& force = ending.forces[hinge.vertices[k]];
       force = force - hinge.stiffness * turn.value * turn.gradient[k];
     }
   }
@@ -168,7 +168,7 @@ void add_hinge(const VertexHinge& hinge, Ending& ending) {
               dot(turning.across, ending.end[hinge.vertices[k]] - ending.start[hinge.vertices[k]]);
     }
     for (std::size_t k = 0; k < 4; ++k) {
-      Precise& force = ending.forces[hinge.vertices[k]];
+      Vec3d& force = ending.forces[hinge.vertices[k]];
       force = force - hinge.damping / ending.h * turn * turning.shares[k] * turning.across;
     }
   }
@@ -204,7 +204,7 @@ template <class Constraint>
 void add_projected(const ConstraintRecord<Constraint>& record, Ending& ending) {
   constexpr auto kCount = std::size_t{Constraint::kVertexCount};
   constexpr double kStiff = 1e24;  // 1/s^2
-  Precise x[kCount];
+  Vec3d x[kCount];
   double w[kCount];
   Damped<double, Constraint::kVertexCount> damping;
   for (std::size_t k = 0; k < kCount; ++k) {
@@ -220,7 +220,7 @@ void add_projected(const ConstraintRecord<Constraint>& record, Ending& ending) {
   const auto moves = Constraint::template move<ProjectionMode::compliance>(
       x, w, parameters, Substep<double>{1 / ending.h, kStiff}, multipliers, damping);
   for (std::size_t k = 0; k < kCount; ++k) {
-    Precise& force = ending.forces[record.places[k]];
+    Vec3d& force = ending.forces[record.places[k]];
     force = force + kStiff * moves.of[k];
   }
 }
@@ -342,10 +342,10 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
                                  load(now.ways[place]), load(now.velocities_before[place]));
   };
   const double reach = numbers.motion.h;
-  Ending ending{std::vector<Precise>(count), std::vector<Precise>(count), reach,
-                std::vector<Precise>(count), std::vector<bool>(count)};
+  Ending ending{std::vector<Vec3d>(count), std::vector<Vec3d>(count), reach,
+                std::vector<Vec3d>(count), std::vector<bool>(count)};
   for (std::size_t place = 0; place < count; ++place) {
-    const Precise base = to_double(load(now.particles[place]));
+    const Vec3d base = to_double(load(now.particles[place]));
     ending.start[place] = base + to_double(departure_of(static_cast<Index>(place)).rounding);
     ending.end[place] = base + to_double(load(scratch.displacements[place]));
     ending.counts[place] = now.particles[place].w > 0;
@@ -379,11 +379,11 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
     const Departure<float> departure = departure_of(place);
     const FreeMotion<float> motion =
         flying_motion(now, falling_motion(data, numbers.motion, place), place);
-    const Precise flight = to_double(
+    const Vec3d flight = to_double(
         flight_of(motion, departure.rounding, flying_velocity(motion, departure.velocity, w)));
-    const Precise way = to_double(load(scratch.displacements[place]));
-    const Precise force = stiffness * ending.forces[place];
-    const Precise residual = (inertia / double{w}) * (flight - way) + force;
+    const Vec3d way = to_double(load(scratch.displacements[place]));
+    const Vec3d force = stiffness * ending.forces[place];
+    const Vec3d residual = (inertia / double{w}) * (flight - way) + force;
     Convergence& body = bodies[data.tissue->body_of_vertex(static_cast<Index>(v))];
     body.residual += dot(residual, residual);
     body.elastic += dot(force, force);

@@ -21,6 +21,7 @@ using Eigen::Vector3f;
 using testing::any_integration;
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::quick_options;
 
 constexpr float kStep = 5e-3F;
 constexpr double kEdge = 5e-3;
@@ -117,16 +118,6 @@ TimeIntegration integration_of(SolverMethod method) {
   return method == SolverMethod::projection ? TimeIntegration::implicit_euler : any_integration();
 }
 
-// Projections by themselves would take some 300 substeps, which few tests need.
-SolverOptions options_of(SolverMethod method, TimeIntegration integration = {}) {
-  SolverOptions options{.method = method, .integration = integration};
-  if (method == SolverMethod::projection) {
-    options.substeps = 100;
-    options.iterations = 1;
-  }
-  return options;
-}
-
 }  // namespace
 
 // Would catch bodies that fall through each other, sink in, or carry another weight.
@@ -135,7 +126,7 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
   const TimeIntegration integration = any_integration();
   const float press = GENERATE(0.0F, 1.0F);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration), press);
-  Solver solver(make_stack(2e-3), options_of(method, integration));
+  Solver solver(make_stack(2e-3), quick_options(method, integration));
   solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
   std::vector<Index> top;
   for (const Index v : solver.tissue().vertices_of(1)) {
@@ -168,7 +159,7 @@ TEST_CASE("body contact: two blocks that collide keep their momentum", "[validat
   scene.set_gravity(Vector3f::Zero());
   scene.add_body("left", testing::make_box({3, 3, 3}, kEdge), kSoft);
   scene.add_body("right", moved(testing::make_box({3, 3, 3}, 4e-3), {16e-3, 5e-3, 3e-3}), kSoft);
-  Solver solver(scene, options_of(method, integration));
+  Solver solver(scene, quick_options(method, integration));
   solver.set_body_contact(0, 1, kContact);
   constexpr float kSpeed = 0.05F;
   std::vector<Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
@@ -210,7 +201,7 @@ TEST_CASE("body contact: a block that falls on another gains no energy", "[valid
   }
   // few sweeps follow the impact on soft tissue that is held in short steps alone
   const float step = stands_fast ? kStep : 1e-3F;
-  Solver solver(scene, options_of(method, integration));
+  Solver solver(scene, quick_options(method, integration));
   solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
   const bench::StaticEnergy potential(scene);
   const auto energy = [&] {
@@ -250,7 +241,7 @@ TEST_CASE("body contact: the same bits on any number of threads") {
   const TimeIntegration integration = any_integration();
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   const auto hash_of = [&](const Executor& executor) {
-    SolverOptions options = options_of(method, integration);
+    SolverOptions options = quick_options(method, integration);
     options.executor = executor;
     options.math = MathMode::strict;
     Solver solver(make_stack(0.6e-3), options);
@@ -273,7 +264,7 @@ TEST_CASE("body contact: bodies that overlap from the start part slowly") {
   const SolverMethod method = any_method();
   const TimeIntegration integration = any_integration();
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
-  Solver solver(make_stack(-0.8e-3, Vector3f::Zero()), options_of(method, integration));
+  Solver solver(make_stack(-0.8e-3, Vector3f::Zero()), quick_options(method, integration));
   solver.set_body_contact(0, 1, kContact);
   const float before = mean(solver, 1).z();
   float most = 0;
@@ -299,7 +290,7 @@ TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle 
   CAPTURE(static_cast<int>(method), static_cast<int>(integration), sticks);
   const float angle = (sticks ? 0.9F : 1.3F) * std::atan(kFriction);
   Solver solver(make_stack(0.5e-3, {0, 0, -9.81F * std::cos(angle)}),
-                options_of(method, integration));
+                quick_options(method, integration));
   solver.set_body_contact(0, 1, {kContact.thickness, kFriction});
   for (int i = 0; i < 100; ++i) {
     solver.step(kStep);
@@ -334,7 +325,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   const SolverMethod method = any_method();
   const TimeIntegration integration = integration_of(method);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
-  Solver solver(make_stack(0.5e-3), options_of(method, integration));
+  Solver solver(make_stack(0.5e-3), quick_options(method, integration));
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 100; ++i) {
     solver.step(kStep);
@@ -375,7 +366,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   CHECK(mean(solver, 1).z() > 3 * kEdge - 1e-3F);
 
   // an undo at once leaves no trace
-  Solver other(make_stack(0.5e-3), options_of(method, integration));
+  Solver other(make_stack(0.5e-3), quick_options(method, integration));
   other.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 100; ++i) {
     other.step(kStep);
@@ -384,7 +375,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   other.tissue().apply(edit);
   other.tissue().undo();
   CHECK(other.state_hash() == before);
-  Solver untouched(make_stack(0.5e-3), options_of(method, integration));
+  Solver untouched(make_stack(0.5e-3), quick_options(method, integration));
   untouched.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 120; ++i) {
     untouched.step(kStep);
@@ -401,7 +392,7 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
   const SolverMethod method = any_method();
   const TimeIntegration integration = integration_of(method);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
-  Solver solver(make_stack(0.5e-3), options_of(method, integration));
+  Solver solver(make_stack(0.5e-3), quick_options(method, integration));
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 17; ++i) {
     solver.step(kStep);
@@ -420,7 +411,7 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
   }
   CHECK(solver.state_hash() == hash);
 
-  Solver fresh(make_stack(0.5e-3), options_of(method, integration));
+  Solver fresh(make_stack(0.5e-3), quick_options(method, integration));
   fresh.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   snapshot.tissue = fresh.tissue().identified_version();
   fresh.restore(snapshot);
@@ -524,7 +515,7 @@ TEST_CASE("body contact: a body meets itself if it is to", "[validation]") {
     }
   }
   scene.fix_vertices(BodyId(0), fixed);
-  Solver solver(scene, options_of(method));
+  Solver solver(scene, quick_options(method));
   if (meets) {
     solver.set_body_contact(0, 0, {kContact.thickness, 0.3F});
   }
@@ -583,7 +574,7 @@ TEST_CASE("body contact: a folded sheet carries a block", "[validation]") {
   }
   scene.fix_vertices(sheet, lower);
   scene.add_body("block", moved(testing::make_box({2, 2, 2}, 4e-3), {10e-3, 4e-3, 9e-3}), kSoft);
-  Solver solver(scene, options_of(method));
+  Solver solver(scene, quick_options(method));
   solver.set_body_contact(0, 0, {kContact.thickness, 0.3F});
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
 
@@ -662,7 +653,7 @@ TEST_CASE("body contact: a block falls into a groove of large triangles that sta
 TEST_CASE("body contact: bodies that come meet those that were there") {
   const SolverMethod method = any_method();
   CAPTURE(static_cast<int>(method));
-  Solver solver(make_stack(0.5e-3), options_of(method));
+  Solver solver(make_stack(0.5e-3), quick_options(method));
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 60; ++i) {
     solver.step(kStep);

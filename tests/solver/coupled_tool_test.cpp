@@ -24,6 +24,7 @@ using testing::Approx;
 using testing::ContainsSubstring;
 using testing::kBlockMass;
 using testing::kGravity;
+using testing::quick_options;
 
 constexpr float kStep = 5e-3F;
 constexpr float kEdge = 3e-3F;
@@ -34,16 +35,6 @@ const Capsule kBall{{0, 0, 0}, {0, 0, 0}, kRadius};
 
 SolverMethod any_method() {
   return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-}
-
-// Projections by themselves would take hundreds of substeps, which few tests need.
-SolverOptions options_of(SolverMethod method) {
-  SolverOptions options{.method = method, .executor = executor::serial()};
-  if (method == SolverMethod::projection) {
-    options.substeps = 100;
-    options.iterations = 1;
-  }
-  return options;
 }
 
 ToolPose at(const Vector3f& place) {
@@ -89,7 +80,7 @@ TEST_CASE("coupled tool: tissue pushes it away by its force over the stiffness",
                                          std::pair(SolverMethod::vertex_block, 1e6F));
   const float stiffness = GENERATE(300.0F, 1000.0F);
   CAPTURE(static_cast<int>(method), tissue, stiffness);
-  Solver solver(make_block(tissue), options_of(method));
+  Solver solver(make_block(tissue), quick_options(method, {}, executor::serial()));
   const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), kAll);
   solver.couple_tool(tool, {stiffness});
   constexpr float kDepth = 2e-3F;
@@ -115,7 +106,7 @@ TEST_CASE("coupled tool: tissue pushes it away by its force over the stiffness",
 // Would catch a tool that is not where it is to be with nothing around it.
 TEST_CASE("coupled tool: it moves freely without a lag", "[unit]") {
   const SolverMethod method = any_method();
-  Solver solver(make_block(10e3F), options_of(method));
+  Solver solver(make_block(10e3F), quick_options(method, {}, executor::serial()));
   const ToolId tool = solver.add_tool({&kBall, 1}, at({0, 0, 0.1F}), kAll);
   solver.couple_tool(tool, {300});
   for (int i = 1; i <= 10; ++i) {
@@ -132,7 +123,7 @@ TEST_CASE("coupled tool: it moves freely without a lag", "[unit]") {
 TEST_CASE("coupled tool: a smooth ball that is dragged feels no torque", "[validation]") {
   const SolverMethod method = any_method();
   CAPTURE(static_cast<int>(method));
-  Solver solver(make_block(10e3F), options_of(method));
+  Solver solver(make_block(10e3F), quick_options(method, {}, executor::serial()));
   const ToolId tool = solver.add_tool({&kBall, 1}, at(kTouch), {ContactFeatures::all, 0});
   solver.couple_tool(tool, {100});
   float most = 0;

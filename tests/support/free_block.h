@@ -31,6 +31,17 @@ inline SolverOptions vertex_blocks(TimeIntegration integration) {
           .executor = executor::serial()};
 }
 
+/// Projections by themselves would take hundreds of substeps, which few tests need.
+inline SolverOptions quick_options(SolverMethod method, TimeIntegration integration = {},
+                                   const Executor& executor = {}) {
+  SolverOptions options{.method = method, .integration = integration, .executor = executor};
+  if (method == SolverMethod::projection) {
+    options.substeps = 100;
+    options.iterations = 1;
+  }
+  return options;
+}
+
 inline Material tissue(float stiffness = 20e3F) {
   return {.model = ElasticModel::neo_hookean,
           .youngs_modulus = stiffness,

@@ -6,22 +6,22 @@
 namespace pbdsurg {
 namespace {
 
-using Precise = Vec3<double>;
+using Vec3d = Vec3<double>;
 
 constexpr int kMostRows = 6 * GroupScrews::kMostPieces;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRows, kMostRows>;
 
-Eigen::Vector<double, 6> vector_of(const Precise& linear, const Precise& angular) {
+Eigen::Vector<double, 6> vector_of(const Vec3d& linear, const Vec3d& angular) {
   return {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
 }
 
-Precise move_at(const GroupScrews& twists, Index piece, const Precise& arm) {
+Vec3d move_at(const GroupScrews& twists, Index piece, const Vec3d& arm) {
   const Screw twist = twists.of(piece);
   return twist.linear + cross(twist.angular, arm);
 }
 
 ContactAnswer<double> answer(const GroupContact& contact, const GroupScrews& twists) {
-  Precise move = move_at(twists, contact.first, contact.contact.arm);
+  Vec3d move = move_at(twists, contact.first, contact.contact.arm);
   if (contact.second != kInvalidIndex) {
     move = move - move_at(twists, contact.second, contact.other_arm);
   }
@@ -44,7 +44,7 @@ GroupScrews GroupBalance::imbalance(const GroupScrews& twists) const {
   }
   for (const GroupContact& contact : contacts_) {
     const ContactForce<double> force = answer(contact, twists).force;
-    const Precise push = force.push * contact.contact.normal + force.drag;
+    const Vec3d push = force.push * contact.contact.normal + force.drag;
     sum.values.segment<6>(6 * contact.first) += vector_of(push, cross(contact.contact.arm, push));
     if (contact.second != kInvalidIndex) {
       sum.values.segment<6>(6 * contact.second) -= vector_of(push, cross(contact.other_arm, push));
@@ -64,7 +64,7 @@ GroupScrews GroupBalance::way(const GroupScrews& twists, const GroupScrews& wren
         inertia.xz, inertia.yz, inertia.zz;
   }
   for (const GroupContact& contact : contacts_) {
-    const auto add = [&](double stiffness, const Precise& direction) {
+    const auto add = [&](double stiffness, const Vec3d& direction) {
       const auto first = vector_of(direction, cross(contact.contact.arm, direction));
       const Index f = 6 * contact.first;
       matrix.block<6, 6>(f, f) += stiffness * first * first.transpose();
