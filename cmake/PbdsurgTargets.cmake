@@ -75,7 +75,6 @@ endfunction()
 function(pbdsurg_add_test name)
   cmake_parse_arguments(TEST "" "" "PARTS;SOURCES" ${ARGN})
   add_executable(${name}_tests ${TEST_SOURCES} ${TEST_UNPARSED_ARGUMENTS})
-  set_target_properties(${name}_tests PROPERTIES UNITY_BUILD OFF)  # files of tests share names
   target_link_libraries(${name}_tests PRIVATE
     pbdsurg_test_main $<IF:$<TARGET_EXISTS:pbdsurg_${name}>,pbdsurg_${name},pbdsurg::core>
     pbdsurg_build_flags)

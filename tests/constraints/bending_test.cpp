@@ -18,10 +18,10 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::Hinge;
+using testing::kNotANumber;
 using testing::kPi;
 using testing::turn_of;
 
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 template <class Scalar>

@@ -10,12 +10,15 @@
 #include "pbdsurg/constraints/vertex_block.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/eigen_vectors.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::to_eigen;
+using testing::to_vec3;
 
 using Corners = std::array<Eigen::Vector3d, 4>;
 
@@ -80,21 +83,13 @@ struct Fibres {
   }
 };
 
-Vec3<double> vec(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
-Eigen::Vector3d vector(const Vec3<double>& v) {
-  return {v.x, v.y, v.z};
-}
-
 struct Projection {
   Vec3<double> x[4];
   double multiplier[1];
 
   explicit Projection(const Corners& corners, double given = 0) : multiplier{given} {
     for (std::size_t k = 0; k < 4; ++k) {
-      x[k] = vec(corners[k]);
+      x[k] = to_vec3(corners[k]);
     }
   }
 
@@ -128,11 +123,11 @@ Energy energy_at(const Fibres& fibres, const Corners& x, std::size_t corner) {
     }
   }
   Energy energy;
-  energy.add_fibre(fibres.parameters[FibreConstraint::kStiffness], share, vec(stretched));
+  energy.add_fibre(fibres.parameters[FibreConstraint::kStiffness], share, to_vec3(stretched));
   return energy;
 }
 
-Eigen::Matrix3d hessian_of(const VertexEnergy<double>& energy) {
+Eigen::Matrix3d matrix_of(const VertexEnergy<double>& energy) {
   Eigen::Matrix3d h;
   h << energy.xx, energy.xy, energy.xz, energy.xy, energy.yy, energy.yz, energy.xz, energy.yz,
       energy.zz;
@@ -155,11 +150,11 @@ TEST_CASE("fibres: forces are minus the gradient of their energy, by every metho
   constexpr double kShort = 1e24;  // 1/s^2: a substep so short that what moves resists nothing
   const auto moves = Projection(x).project(fibres, {1, 1, 1, 1}, kShort);
   for (std::size_t k = 0; k < 4; ++k) {
-    CHECK((kShort * vector(moves.of[k]) - expected[k]).norm() < 1e-5 * scale);
+    CHECK((kShort * to_eigen(moves.of[k]) - expected[k]).norm() < 1e-5 * scale);
     const auto whole = energy_at<VertexEnergy<double>>(fibres, x, k);
-    CHECK((vector(whole.force) - expected[k]).norm() < 1e-5 * scale);
+    CHECK((to_eigen(whole.force) - expected[k]).norm() < 1e-5 * scale);
     const auto force = energy_at<VertexForce<double>>(fibres, x, k);
-    CHECK((vector(force.force) - expected[k]).norm() < 1e-5 * scale);
+    CHECK((to_eigen(force.force) - expected[k]).norm() < 1e-5 * scale);
   }
 }
 
@@ -168,7 +163,7 @@ TEST_CASE("fibres: a vertex's Hessian is the second derivative where they are ta
   const Fibres fibres(1e-2, GENERATE(range(std::uint64_t{1}, std::uint64_t{6})));
   const Corners x = fibres.stretched(1.3);
   const auto corner = GENERATE(range(std::size_t{0}, std::size_t{4}));
-  const Eigen::Matrix3d found = hessian_of(energy_at<VertexEnergy<double>>(fibres, x, corner));
+  const Eigen::Matrix3d found = matrix_of(energy_at<VertexEnergy<double>>(fibres, x, corner));
   const double step = 1e-6;
   Eigen::Matrix3d expected;
   for (int axis = 0; axis < 3; ++axis) {
@@ -177,7 +172,7 @@ TEST_CASE("fibres: a vertex's Hessian is the second derivative where they are ta
     high[corner][axis] += step;
     const auto before = energy_at<VertexForce<double>>(fibres, low, corner);
     const auto after = energy_at<VertexForce<double>>(fibres, high, corner);
-    expected.col(axis) = (vector(before.force) - vector(after.force)) / (2 * step);
+    expected.col(axis) = (to_eigen(before.force) - to_eigen(after.force)) / (2 * step);
   }
   CHECK((found - expected).norm() < 1e-6 * expected.norm());
   CHECK(found.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff() > -1e-9 * found.norm());
@@ -190,10 +185,10 @@ TEST_CASE("fibres: slack ones do nothing, and give back what they gave", "[unit]
   Projection untouched(x);
   const auto none = untouched.project(fibres, {1e-6, 1e-6, 1e-6, 1e-6}, 1e6);
   for (std::size_t k = 0; k < 4; ++k) {
-    CHECK(vector(none.of[k]).norm() == 0);
+    CHECK(to_eigen(none.of[k]).norm() == 0);
     const auto energy = energy_at<VertexEnergy<double>>(fibres, x, k);
-    CHECK(vector(energy.force).norm() == 0);
-    CHECK(hessian_of(energy).norm() == 0);
+    CHECK(to_eigen(energy.force).norm() == 0);
+    CHECK(matrix_of(energy).norm() == 0);
   }
   Projection pulled(x, -0.1);
   pulled.project(fibres, {1, 1, 1, 1}, 1e6);  // too heavy to be taut once it is let go
@@ -216,7 +211,7 @@ TEST_CASE("fibres: projections go to implicit Euler's step and keep momentum", "
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
   double scale = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Eigen::Vector3d impulse = masses[k] * (vector(step.x[k]) - start[k]);
+    const Eigen::Vector3d impulse = masses[k] * (to_eigen(step.x[k]) - start[k]);
     momentum += impulse;
     scale += impulse.norm();
   }
@@ -230,7 +225,7 @@ TEST_CASE("fibres: what is fixed, without length or not finite moves nothing", "
   const auto is_still = [&](const Corners& corners, double mass) {
     const auto moves = Projection(corners).project(fibres, {mass, mass, mass, mass}, 1e6);
     for (const Vec3<double>& move : moves.of) {
-      if (vector(move).norm() != 0) {
+      if (to_eigen(move).norm() != 0) {
         return false;
       }
     }

@@ -10,29 +10,25 @@
 #include "pbdsurg/constraints/vertex_block.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/eigen_vectors.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
-using Corners = std::array<Eigen::Vector3d, 3>;
+using testing::to_eigen;
+using testing::to_vec3;
+using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
-Vec3<double> vec(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-Eigen::Vector3d eigen(const Vec3<double>& v) {
-  return {v.x, v.y, v.z};
-}
-
-Corners random_corners(double edge, std::uint64_t seed) {
+TriangleCorners random_corners(double edge, std::uint64_t seed) {
   const auto tet = testing::random_tet(edge, seed);
   return {tet[0], tet[1], tet[2]};
 }
 
 // One triangle, whose energy is computed apart from the constraint, by its metric.
 struct Triangle1 {
-  Corners rest;
+  TriangleCorners rest;
   double mu = 40;  // N/m
   double poissons_ratio = 0.4;
   double dt = 1e-3;       // s
@@ -48,7 +44,7 @@ struct Triangle1 {
   }
 
   [[nodiscard]] double ratio() const { return (1 + poissons_ratio) / (1 - poissons_ratio); }
-  [[nodiscard]] static double area_of(const Corners& x) {
+  [[nodiscard]] static double area_of(const TriangleCorners& x) {
     return (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2;
   }
   [[nodiscard]] Eigen::Matrix2d sides() const {  // at rest, in the plane
@@ -59,7 +55,7 @@ struct Triangle1 {
     return result;
   }
 
-  [[nodiscard]] double energy(const Corners& x) const {
+  [[nodiscard]] double energy(const TriangleCorners& x) const {
     Eigen::Matrix<double, 3, 2> now;
     now << x[1] - x[0], x[2] - x[0];
     const double stretch = (now * sides().inverse()).squaredNorm();
@@ -68,11 +64,11 @@ struct Triangle1 {
     return area * mu / 2 * (stretch - 2 + ratio() * swelling * swelling);
   }
 
-  [[nodiscard]] Eigen::Vector3d gradient(const Corners& x, int vertex) const {
+  [[nodiscard]] Eigen::Vector3d gradient(const TriangleCorners& x, int vertex) const {
     const double step = 1e-5 * std::sqrt(area_of(rest));
     Eigen::Vector3d result;
     for (int axis = 0; axis < 3; ++axis) {
-      Corners low = x, high = x;
+      TriangleCorners low = x, high = x;
       low[vertex][axis] -= step;
       high[vertex][axis] += step;
       result[axis] = (energy(high) - energy(low)) / (2 * step);
@@ -80,7 +76,7 @@ struct Triangle1 {
     return result;
   }
 
-  void project(Corners& x, const Corners* start = nullptr) {
+  void project(TriangleCorners& x, const TriangleCorners* start = nullptr) {
     const Eigen::Matrix2d inverse = sides().inverse();
     const double parameters[] = {inverse(0, 0),      inverse(0, 1), inverse(1, 0), inverse(1, 1),
                                  mu * area_of(rest), ratio(),       relaxation};
@@ -88,8 +84,8 @@ struct Triangle1 {
     double weights[3], given[6];
     Damped<double, 3> damping;
     for (int i = 0; i < 3; ++i) {
-      points[i] = vec(x[i]);
-      damping.start[i] = vec(start != nullptr ? (*start)[i] : x[i]);
+      points[i] = to_vec3(x[i]);
+      damping.start[i] = to_vec3(start != nullptr ? (*start)[i] : x[i]);
       weights[i] = w[i];
     }
     std::copy(multipliers.begin(), multipliers.end(), given);
@@ -103,14 +99,14 @@ struct Triangle1 {
     }
     std::copy(std::begin(given), std::end(given), multipliers.begin());
     for (int i = 0; i < 3; ++i) {
-      x[i] = eigen(points[i]);
+      x[i] = to_eigen(points[i]);
     }
   }
 };
 
 // Stretched, sheared and turned out of its plane.
-Corners deformed(const Corners& rest, std::uint64_t seed) {
-  Corners x = rest;
+TriangleCorners deformed(const TriangleCorners& rest, std::uint64_t seed) {
+  TriangleCorners x = rest;
   const double edge = (rest[1] - rest[0]).norm();
   for (std::uint64_t i = 0; i < 3; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -129,8 +125,8 @@ TEST_CASE("membrane: a projection of soft tissue gives the force of the energy",
   const std::uint64_t seed = GENERATE(1, 2, 3, 4);
   Triangle1 triangle(edge, seed);
   triangle.mu = 1e-6 / (triangle.w[0] * triangle.dt * triangle.dt);
-  const Corners before = deformed(triangle.rest, seed);
-  Corners after = before;
+  const TriangleCorners before = deformed(triangle.rest, seed);
+  TriangleCorners after = before;
   triangle.project(after);
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d force =
@@ -144,14 +140,14 @@ TEST_CASE("membrane: rest is at rest, and projections keep momentum", "[unit]") 
   const std::uint64_t seed = GENERATE(1, 2, 3);
   const double edge = 4e-3;
   Triangle1 triangle(edge, seed);
-  Corners still = triangle.rest;
+  TriangleCorners still = triangle.rest;
   triangle.project(still);
   for (int i = 0; i < 3; ++i) {
     CHECK((still[i] - triangle.rest[i]).norm() < 1e-12 * edge);
   }
   triangle.multipliers = {};
-  const Corners before = deformed(triangle.rest, seed);
-  Corners after = before;
+  const TriangleCorners before = deformed(triangle.rest, seed);
+  TriangleCorners after = before;
   triangle.project(after);
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = linear;
   double scale = 0;
@@ -174,8 +170,8 @@ TEST_CASE("membrane: projections converge to a step of implicit Euler", "[proper
   const double edge = 4e-3;
   Triangle1 triangle(edge, seed);
   triangle.mu = stiffness / (triangle.w[0] * triangle.dt * triangle.dt);
-  const Corners start = deformed(triangle.rest, seed);
-  Corners x = start;
+  const TriangleCorners start = deformed(triangle.rest, seed);
+  TriangleCorners x = start;
   for (int i = 0; i < 3000; ++i) {
     triangle.project(x);
   }
@@ -194,11 +190,11 @@ TEST_CASE("membrane: friction resists stretch and no turn", "[unit]") {
   triangle.relaxation = 5e-3;
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  Corners x = triangle.rest;
+  TriangleCorners x = triangle.rest;
   for (Eigen::Vector3d& corner : x) {
     corner = turn * corner;
   }
-  const Corners turned = x;
+  const TriangleCorners turned = x;
   triangle.project(x, &triangle.rest);
   for (int i = 0; i < 3; ++i) {
     CHECK((x[i] - turned[i]).norm() < 1e-9);
@@ -207,11 +203,11 @@ TEST_CASE("membrane: friction resists stretch and no turn", "[unit]") {
     Triangle1 stretched(4e-3);
     stretched.mu = 1e5;
     stretched.relaxation = relaxation;
-    Corners start = stretched.rest;
+    TriangleCorners start = stretched.rest;
     for (Eigen::Vector3d& corner : start) {
       corner *= 1.1;
     }
-    Corners end = start;
+    TriangleCorners end = start;
     for (int i = 0; i < 200; ++i) {
       stretched.project(end, &start);
     }
@@ -224,9 +220,9 @@ TEST_CASE("membrane: friction resists stretch and no turn", "[unit]") {
 // Would catch a division by an area of zero, or one vertex that takes others with it.
 TEST_CASE("membrane: a triangle without area or with a lost vertex stays finite", "[unit]") {
   Triangle1 triangle(4e-3);
-  Corners x = triangle.rest;
+  TriangleCorners x = triangle.rest;
   x[2] = (x[0] + x[1]) / 2;
-  const Corners flat = x;
+  const TriangleCorners flat = x;
   triangle.project(x);
   for (int i = 0; i < 3; ++i) {
     CHECK(x[i].allFinite());
@@ -245,15 +241,16 @@ namespace {
 // The same triangle as the vertex-block method has it.
 struct VertexTerms {
   explicit VertexTerms(const Triangle1& triangle) {
-    const Vec3<double> x[3] = {vec(triangle.rest[0]), vec(triangle.rest[1]), vec(triangle.rest[2])};
+    const Vec3<double> x[3] = {to_vec3(triangle.rest[0]), to_vec3(triangle.rest[1]),
+                               to_vec3(triangle.rest[2])};
     terms = MembraneTerms<double>::at_rest(x, triangle.mu, triangle.mu * triangle.ratio());
   }
 
   template <class Energy>
-  void add(const Corners& x, int corner, Energy& energy) const {
+  void add(const TriangleCorners& x, int corner, Energy& energy) const {
     const int a = (corner + 1) % 3, b = (corner + 2) % 3;
     energy.add_triangle(terms.weights[b], terms.weights[a], terms.stiffness, terms.target,
-                        vec(x[a] - x[corner]), vec(x[b] - x[corner]));
+                        to_vec3(x[a] - x[corner]), to_vec3(x[b] - x[corner]));
   }
 
   MembraneTerms<double> terms{};
@@ -267,14 +264,14 @@ TEST_CASE("membrane: vertex blocks follow the gradient of the same energy", "[un
   const std::uint64_t seed = GENERATE(1, 2, 3, 4);
   const Triangle1 triangle(edge, seed);
   const VertexTerms terms(triangle);
-  const Corners x = deformed(triangle.rest, seed);
+  const TriangleCorners x = deformed(triangle.rest, seed);
   for (int i = 0; i < 3; ++i) {
     VertexEnergy<double> energy;
     terms.add(x, i, energy);
-    CHECK((eigen(energy.force) + triangle.gradient(x, i)).norm() < 1e-4 * triangle.mu * edge);
+    CHECK((to_eigen(energy.force) + triangle.gradient(x, i)).norm() < 1e-4 * triangle.mu * edge);
     VertexForce<double> force;
     terms.add(x, i, force);
-    CHECK((eigen(force.force) - eigen(energy.force)).norm() < 1e-12 * triangle.mu * edge);
+    CHECK((to_eigen(force.force) - to_eigen(energy.force)).norm() < 1e-12 * triangle.mu * edge);
   }
 }
 
@@ -285,7 +282,7 @@ TEST_CASE("membrane: one vertex alone goes to its least energy in the plane", "[
   const double size = GENERATE(0.3, 1.0, 1.5);
   Triangle1 triangle(4e-3, seed);
   const VertexTerms terms(triangle);
-  Corners x = deformed(triangle.rest, seed);
+  TriangleCorners x = deformed(triangle.rest, seed);
   for (Eigen::Vector3d& corner : x) {
     corner *= size;
   }
@@ -298,7 +295,7 @@ TEST_CASE("membrane: one vertex alone goes to its least energy in the plane", "[
       energy.zz;
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(square).eigenvalues()[0] >
         -1e-9 * triangle.mu);
-  x[0] += eigen(VertexFactor<double>(energy).solve(energy.force));
+  x[0] += to_eigen(VertexFactor<double>(energy).solve(energy.force));
   CHECK(triangle.energy(x) <= before + 1e-12 * triangle.mu);
   CHECK(triangle.gradient(x, 0).norm() < 1e-4 * triangle.mu * 4e-3);
 }

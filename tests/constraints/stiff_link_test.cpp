@@ -4,16 +4,20 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "pbdsurg/base/random.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/constraint_checks.h"
+#include "tests/support/eigen_vectors.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kNotANumber;
+using testing::to_eigen;
+using testing::to_vec3;
 using Joint = StiffLinkConstraint::Joint<double>;
 
 // One after another.
@@ -34,8 +38,6 @@ class RandomNumbers {
   std::uint64_t count_ = 0;
 };
 
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
-
 // The energy of a vertex on its own.
 struct Vertex {
   VertexEnergy<double> energy;
@@ -54,13 +56,6 @@ struct Vertex {
   }
 };
 
-Eigen::Vector3d eigen(const Vec3<double>& v) {
-  return {v.x, v.y, v.z};
-}
-Vec3<double> plain(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 }  // namespace
 
 // Would catch a sign, a transposed matrix, an end that gives way as the other should: the two
@@ -69,7 +64,7 @@ TEST_CASE("stiff link: both ends go where the least energy of the two is", "[pro
   RandomNumbers random(7);
   for (int trial = 0; trial < 100; ++trial) {
     const Vertex a(random), b(random);
-    const Eigen::Vector3d d = 10 * eigen(random.vector());
+    const Eigen::Vector3d d = 10 * to_eigen(random.vector());
     const double compliance = trial % 3 == 0 ? 0.0 : random.between(1e-6, 1);
     const bool has_length = trial % 2 == 0;
     const Eigen::Vector3d n = d.normalized();
@@ -91,19 +86,19 @@ TEST_CASE("stiff link: both ends go where the least energy of the two is", "[pro
     const Eigen::VectorXd solution = system.fullPivLu().solve(load);
 
     // from where both are without the link, with a guess of the force that both have followed
-    Joint joint{plain(along * (along.transpose() * Eigen::Vector3d(0.3, -0.2, 0.5))),
+    Joint joint{to_vec3(along * (along.transpose() * Eigen::Vector3d(0.3, -0.2, 0.5))),
                 {VertexGive<double>::of(VertexFactor<double>(a.energy)),
                  VertexGive<double>::of(VertexFactor<double>(b.energy))}};
-    const Eigen::Vector3d guess = eigen(joint.force);
+    const Eigen::Vector3d guess = to_eigen(joint.force);
     const Eigen::Vector3d way_a = a.hessian.ldlt().solve(a.force + guess);
     const Eigen::Vector3d way_b = b.hessian.ldlt().solve(b.force - guess);
     // a link with a length turns as its ends move: its direction is that of d here
     const Eigen::Vector3d seen = d + along * (along.transpose() * (way_b - way_a));
 
-    joint.force = StiffLinkConstraint::force(joint, plain(seen), rest, compliance);
+    joint.force = StiffLinkConstraint::force(joint, to_vec3(seen), rest, compliance);
 
     const Eigen::Vector3d expected = along * solution.tail(k);
-    CHECK((eigen(joint.force) - expected).norm() < 1e-4 * (1 + expected.norm()));
+    CHECK((to_eigen(joint.force) - expected).norm() < 1e-4 * (1 + expected.norm()));
   }
 }
 

@@ -10,24 +10,20 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/eigen_vectors.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::to_eigen;
+using testing::to_vec3;
 
 constexpr double kMu = 1700;       // Pa
 constexpr double kLambda = 17000;  // Pa, Lame's + mu
 
 using Points = std::array<Eigen::Vector3d, 4>;
-
-Vec3<double> to_vec3(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-Eigen::Vector3d to_eigen(const Vec3<double>& v) {
-  return {v.x, v.y, v.z};
-}
 
 NeoHookeanTerms<double> terms_of(const Points& rest, double mu = kMu, double lambda = kLambda) {
   const Vec3<double> x[4] = {to_vec3(rest[0]), to_vec3(rest[1]), to_vec3(rest[2]),

@@ -21,12 +21,14 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
 
-constexpr double kEdge = 3e-3;                       // m
-constexpr float kStep = 5e-3F;                       // s
+using testing::kUsualStep;
+
+constexpr double kSampleEdge = 3e-3;                 // m
 const Eigen::Vector3f kMiddle(0.02F, 0.02F, 0.02F);  // m, of the first block
 
 float random_in(std::uint64_t seed, int index, int axis, float low, float high) {
@@ -99,7 +101,7 @@ class Ruin {
   }
   void step(const ToolPose& presser) {
     solver_.move_tool(presser_, presser);
-    REQUIRE(solver_.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver_.step(kUsualStep).non_finite_vertices == 0);
   }
   static ToolPose at_top(float height) {
     return pose_at(kMiddle + Eigen::Vector3f(0, 0, 0.02F + height), {0, 0, 1e-3F});
@@ -107,7 +109,7 @@ class Ruin {
 
  private:
   static Scene blocks() {
-    const TetMesh block = testing::make_box({13, 13, 13}, kEdge, 0.1);
+    const TetMesh block = testing::make_box({13, 13, 13}, kSampleEdge, 0.1);
     std::vector<Eigen::Vector3d> beside(block.positions().begin(), block.positions().end());
     for (Eigen::Vector3d& x : beside) {
       x.x() += 0.045;
@@ -116,8 +118,8 @@ class Ruin {
     Scene scene;
     scene.add_body("liver", block, tissues::liver().mechanics);
     scene.add_body("sponge", other, springs(other, tissues::liver().mechanics));
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < kEdge / 2; });
-    scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.z() < kEdge / 2; });
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < kSampleEdge / 2; });
+    scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.z() < kSampleEdge / 2; });
     return scene;
   }
   Solver solver_;
@@ -211,7 +213,7 @@ TEST_CASE("contact patch: a packet has the bits of a search through all triangle
       solver.tissue().undo();
     } else if (i == 104) {
       Scene more;
-      more.add_body("more", testing::make_box({1, 1, 1}, kEdge));
+      more.add_body("more", testing::make_box({1, 1, 1}, kSampleEdge));
       solver.tissue().apply({.new_bodies = more});
     } else if (i == 202) {
       Compaction compaction(solver);
@@ -259,7 +261,7 @@ TEST_CASE("contact patch: a packet has the bits of a search through all triangle
 // near may face away.
 TEST_CASE("contact patch: what is near one point tells nothing of another", "[unit]") {
   constexpr float kWide = 30e-3F;
-  const TetMesh block = testing::make_box({10, 10, 10}, kEdge);
+  const TetMesh block = testing::make_box({10, 10, 10}, kSampleEdge);
   std::vector<Eigen::Vector3d> beside(block.positions().begin(), block.positions().end());
   for (Eigen::Vector3d& x : beside) {
     x.x() += 4.0 * double{kWide};
@@ -303,7 +305,7 @@ TEST_CASE("contact patch: another thread makes the packets of the simulation's",
   for (std::uint64_t step = 1; step <= kSteps; ++step) {
     solver.move_tool(tool, Ruin::at_top(6e-3F - 20e-6F * static_cast<float>(step)));
     ruin.step(Ruin::at_top(6e-3F));
-    const double time = double{kStep} * static_cast<double>(step);
+    const double time = double{kUsualStep} * static_cast<double>(step);
     probe.collect_patch(solver, tool, GraspState::open, step, time, patches.draft());
     patches.publish();
     expected.push_back(make_contact_packet(probe, solver, tool, GraspState::open, step, time));

@@ -14,16 +14,17 @@
 #include "tests/haptics/rig.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::kUsualStep;
 
 constexpr float kRadius = 4e-3F;  // m, of a probe's ball
 constexpr float kTop = 0.021F;    // m, of the block
-constexpr float kStep = 5e-3F;    // s
 
 ToolPose at(float height) {
   ToolPose pose = ToolPose::Identity();
@@ -46,7 +47,7 @@ class Press {
     for (int i = 1; i <= kSteps; ++i) {
       const float share = std::min(1.0F, static_cast<float>(i) / kMoving);
       solver_.move_tool(tool_, at(from + share * (to - from)));
-      solver_.step(kStep);
+      solver_.step(kUsualStep);
     }
     return make_contact_packet(probe_, solver_, tool_, grasp, 1, 0.5);
   }

@@ -26,7 +26,7 @@ Index color_of(const VertexBlocks& blocks, Index vertex) {
 // Would catch a vertex that does not wait for one that moves it, or waits for a sweep that does not
 // come before its own.
 TEST_CASE("neighbor lists: all that rows name, with what each has done before") {
-  const TetMesh mesh = testing::make_box({5, 4, 3}, 4e-3, 0.2);
+  const TetMesh mesh = pbdsurg::testing::make_box({5, 4, 3}, 4e-3, 0.2);
   const auto vertex_count = static_cast<Index>(mesh.positions().size());
   std::vector<bool> moves(mesh.positions().size());
   for (Index v = 0; v < vertex_count; ++v) {

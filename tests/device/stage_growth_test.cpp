@@ -140,9 +140,9 @@ std::vector<Stage> vertex_stages(const HostStages& stages) {
 }
 
 /// Stages that follow a solver, made anew when they say so.
-class Follower {
+class StageFollower {
  public:
-  explicit Follower(Solver& solver) : data_(inspect(solver)), stages_(data_) {
+  explicit StageFollower(Solver& solver) : data_(inspect(solver)), stages_(data_) {
     data_.changes.clear();
   }
 
@@ -205,7 +205,7 @@ Scene make_guest(const Solver& solver, Choices& choices) {
 }
 
 // A cut, other changes, links or a guest.
-TopologyEdit make_edit(const Solver& solver, Choices& choices) {
+TopologyEdit make_stage_edit(const Solver& solver, Choices& choices) {
   const Index what = choices.below(8);
   if (what == 0) {
     return {.new_bodies = make_guest(solver, choices)};
@@ -244,9 +244,9 @@ TEST_CASE("cuda growth: stages that follow any edits and their undo are as if ma
                  << options.coloring.max_colors << " colors, spare room " << spare);
     Solver solver(scene.scene, options);
     stretch(solver);
-    Follower follower(solver);
+    StageFollower follower(solver);
     while (!choices.is_spent()) {
-      const TopologyEdit edit = make_edit(solver, choices);
+      const TopologyEdit edit = make_stage_edit(solver, choices);
       const TissueChange result = solver.tissue().apply(edit);
       if (choices.below(3) > 0) {
         REQUIRE(follower.follow());
@@ -290,7 +290,7 @@ TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equ
   const Index spare = GENERATE(0, 1000);
   INFO("composition " << static_cast<int>(composition) << ", spare room " << spare);
   Solver solver = make_plate(composition, {spare, spare, spare, spare});
-  Follower follower(solver);
+  StageFollower follower(solver);
   for (std::uint64_t round = 0; round < 120; ++round) {
     INFO("round " << round);
     solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));
@@ -311,7 +311,7 @@ TEST_CASE("cuda growth: constraints beside vertex blocks find the records that w
   Solver solver(scene, pbdsurg::testing::small_steps({.method = SolverMethod::vertex_block,
                                                       .executor = pbdsurg::testing::fake_device(),
                                                       .spare = {200, 2000, 2000, 0}}));
-  Follower follower(solver);
+  StageFollower follower(solver);
   for (std::uint64_t round = 0; round < 120; ++round) {
     INFO("round " << round);
     solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));
@@ -326,7 +326,7 @@ TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
   INFO("composition " << static_cast<int>(composition));
   Solver solver = make_plate(composition, {});
-  Follower follower(solver);
+  StageFollower follower(solver);
   for (std::uint64_t round = 0; round < 4; ++round) {
     const int made_before = follower.made_anew;
     const TopologyEdit edit = pbdsurg::testing::small_cut(solver, round);
@@ -413,7 +413,7 @@ TEST_CASE("cuda growth: stages that were empty open for what an undo brings back
   const std::span<const Index> ids = volumes.ids(group);
   const TopologyEdit edit{.remove_tets = std::vector<Index>(ids.begin(), ids.end())};
   const TissueChange result = solver.tissue().apply(edit);
-  Follower follower(solver);  // made now
+  StageFollower follower(solver);  // made now
   solver.tissue().undo();
   REQUIRE(follower.follow());
   CHECK(follower.made_anew == 0);
@@ -432,7 +432,7 @@ TEST_CASE("cuda growth: nested plans follow cuts", "[equivalence]") {
   Solver solver(scene, options);
   stretch(solver);
   REQUIRE(inspect(solver).sets.domain_counts.size() == 3);
-  Follower follower(solver);
+  StageFollower follower(solver);
   for (std::uint64_t round = 0; round < 6; ++round) {
     INFO("round " << round);
     const TopologyEdit edit = pbdsurg::testing::small_cut(solver, round);

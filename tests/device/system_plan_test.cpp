@@ -11,7 +11,7 @@ namespace pbdsurg::cuda {
 // store that is too small for its block.
 TEST_CASE("system plan: blocks share all rows, and each has room for its own", "[unit]") {
   for (const Index cells : {1, 3, 6, 11, 16}) {
-    const TetMesh mesh = testing::make_box({cells, cells, cells}, 1);
+    const TetMesh mesh = pbdsurg::testing::make_box({cells, cells, cells}, 1);
     LocalSystem system;
     for (const Index groups : {0, 1, 5, 17, 64}) {
       system.set_rows(mesh.vertex_count(), mesh.tets());

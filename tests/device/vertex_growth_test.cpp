@@ -300,9 +300,9 @@ class DeviceRows {
 };
 
 /// Follows a solver, made anew where it says so.
-class Follower {
+class RowsFollower {
  public:
-  Follower(Solver& solver, Index parts)
+  RowsFollower(Solver& solver, Index parts)
       : data_(inspect(solver)), parts_(parts), rows_(data_, parts) {
     data_.changes.clear();
   }
@@ -343,7 +343,7 @@ class Follower {
   bool is_followed_ = true;
 };
 
-TopologyEdit make_edit(const Solver& solver, Choices& choices) {
+TopologyEdit make_rows_edit(const Solver& solver, Choices& choices) {
   const Index what = choices.below(4);
   EditMaker maker(solver, choices,
                   what < 2 ? pbdsurg::testing::make_cut(solver, {}, choices).edit : TopologyEdit{});
@@ -375,9 +375,9 @@ TEST_CASE("cuda vertex growth: what follows any edits and their undo is as if ma
     const auto parts = static_cast<Index>(choices.one_of(std::array{4, 8, 16}));
     INFO("seed " << seed << ", " << scene.name << ", " << parts << " parts");
     Solver solver(scene.scene, options);
-    Follower follower(solver, parts);
+    RowsFollower follower(solver, parts);
     while (!choices.is_spent()) {
-      const TopologyEdit edit = make_edit(solver, choices);
+      const TopologyEdit edit = make_rows_edit(solver, choices);
       const TissueChange result = solver.tissue().apply(edit);
       follower.follow();
       if (choices.below(3) > 0) {
@@ -425,7 +425,7 @@ TEST_CASE("cuda vertex growth: a run of cuts is followed without laying anything
     return;  // has none
   }
   Solver solver = make_block({8, 6, 3}, method, damping);
-  Follower follower(solver, 16);
+  RowsFollower follower(solver, 16);
   for (std::uint64_t round = 0; round < 90; ++round) {
     INFO("round " << round);
     const TissueChange result = solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));
@@ -475,7 +475,7 @@ TEST_CASE(
   Solver solver(scene, {.method = SolverMethod::vertex_block,
                         .substeps = 2,
                         .executor = pbdsurg::testing::fake_device()});
-  Follower follower(solver, 16);
+  RowsFollower follower(solver, 16);
   for (Index round = 0; round < 60; ++round) {
     INFO("round " << round);
     const Index vertex = (7 + 31 * round) % static_cast<Index>(mesh.positions.size());
@@ -508,7 +508,7 @@ TEST_CASE("cuda vertex growth: what is written for a cut does not grow with the 
   const auto count_words = [&](std::array<Index, 3> cells) {
     Solver solver = make_block(cells, method, 0);
     SolverData& data = inspect(solver);
-    Follower follower(solver, 16);
+    RowsFollower follower(solver, 16);
     std::vector<std::size_t> counts;
     for (std::uint64_t round = 0; round < 24; ++round) {
       const TissueChange result = solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));

@@ -12,7 +12,7 @@ namespace pbdsurg::cuda {
 namespace {
 
 VertexBlocks make_blocks() {
-  const TetMesh mesh = testing::make_box({5, 4, 3}, 4e-3, 0.2);
+  const TetMesh mesh = pbdsurg::testing::make_box({5, 4, 3}, 4e-3, 0.2);
   std::vector<bool> moves(mesh.positions().size());
   for (std::size_t v = 0; v < moves.size(); ++v) {
     moves[v] = v % 7 != 0;

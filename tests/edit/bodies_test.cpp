@@ -25,10 +25,9 @@ using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::inspect;
 using testing::is_plan_valid;
+using testing::kEventfulTimeStep;
 using testing::serial_options;
 using testing::Variant;
-
-constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 // A clot of springs, a thread, and in compliance mode a solid, linked.
 Scene make_guests(ProjectionMode mode, const std::string& suffix = "") {
@@ -92,7 +91,7 @@ Scene with_guests(Scene scene, ProjectionMode mode) {
   return scene;
 }
 
-std::vector<Variant> variants() {
+std::vector<Variant> guest_variants() {
   return {{},
           {.damping = 0.01F},
           {.composition = PlanComposition::joint},
@@ -175,7 +174,7 @@ double farthest_apart(const Solver& a, const Solver& b, Index copy = 0) {
 }  // namespace
 
 TEST_CASE("bodies: one that comes in is what it would be in the scene", "[equivalence]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(guest_variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   Solver late(scene, serial_options(variant, 2));
   const Solver early(with_guests(scene, variant.mode), serial_options(variant, 2));
@@ -191,7 +190,7 @@ TEST_CASE("bodies: one that comes in is what it would be in the scene", "[equiva
 // Would catch constraints of a guest that no phase projects, or that are in one with others at
 // their vertices, and a falling guest that has not the scene's gravity.
 TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(guest_variants()));
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   Scene scene;
   const TetMesh block = testing::make_box({4, 4, 3}, testing::kEventfulEdge, 0.1);
@@ -205,8 +204,8 @@ TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence
   late.tissue().apply({.new_bodies = make_guests(variant.mode)});
   const auto start = late.positions();
   for (int i = 0; i < 10; ++i) {
-    CHECK(late.step(kTimeStep).non_finite_vertices == 0);
-    early.step(kTimeStep);
+    CHECK(late.step(kEventfulTimeStep).non_finite_vertices == 0);
+    early.step(kEventfulTimeStep);
   }
   CHECK(farthest_apart(late, early) < 0.02 * testing::kEventfulEdge);
   const Index thread = late.tissue().body(2).first_vertex;
@@ -215,19 +214,19 @@ TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence
 
 // Would catch arrays that stay empty because they were, and all that a first body needs.
 TEST_CASE("bodies: the first ones can come into an empty solver", "[equivalence]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(guest_variants()));
   SolverOptions options = serial_options(variant, 2);
   options.substeps = 10;
   options.iterations = 10;
   const Scene guests = make_guests(variant.mode);
   Solver late(Scene{}, options), early(guests, options);
-  late.step(kTimeStep);
+  late.step(kEventfulTimeStep);
   late.tissue().apply({.new_bodies = guests});
   CHECK(is_plan_valid(inspect(late)));
   check_same_tissue(late, early);
   for (int i = 0; i < 10; ++i) {
-    CHECK(late.step(kTimeStep).non_finite_vertices == 0);
-    early.step(kTimeStep);
+    CHECK(late.step(kEventfulTimeStep).non_finite_vertices == 0);
+    early.step(kEventfulTimeStep);
   }
   CHECK(farthest_apart(late, early, 1) < 0.02 * testing::kEventfulEdge);
 }
@@ -235,7 +234,7 @@ TEST_CASE("bodies: the first ones can come into an empty solver", "[equivalence]
 // Would catch undo that leaves a body, its colours or a damped plan behind, and followers or
 // ids of later edits that a body confuses.
 TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[property]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(guest_variants()));
   const Index copies = GENERATE(1, 3);
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   Solver solver(scene, serial_options(variant, copies));
@@ -258,7 +257,7 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
         each->grasp(ToolId{0}, std::array{Index{7}, each->tissue().body(last - 1).first_vertex},
                     1e-4F);
       }
-      each->step(kTimeStep);
+      each->step(kEventfulTimeStep);
     }
     const std::uint64_t before = digest_of(inspect(solver));
     REQUIRE(before == digest_of(inspect(unedited)));
@@ -278,8 +277,8 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
     }
     solver.tissue().undo();
     REQUIRE(digest_of(inspect(solver)) == before);
-    solver.step(kTimeStep);
-    unedited.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
+    unedited.step(kEventfulTimeStep);
     for (Index copy = 0; copy < copies; ++copy) {
       REQUIRE(solver.state_hash(copy) == unedited.state_hash(copy));
     }
@@ -288,7 +287,7 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
 
 // Would catch tissue, mass, constraints, links or grasps that stay behind.
 TEST_CASE("bodies: of one that goes out nothing is left but its name", "[unit]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(guest_variants()));
   const Scene scene =
       with_guests(testing::make_eventful_scene(variant.mode, variant.damping), variant.mode);
   Solver solver(scene, serial_options(variant));
@@ -320,10 +319,10 @@ TEST_CASE("bodies: of one that goes out nothing is left but its name", "[unit]")
     CHECK(!solver.tissue().is_link_alive(l));  // each joined one of them
   }
   CHECK(inspect(solver).tools[0].attachments.empty());
-  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+  CHECK(solver.step(kEventfulTimeStep).non_finite_vertices == 0);
   solver.tissue().apply({.remove_bodies = {1, 2, 3}});
   CHECK((solver.plan().phases.empty() || variant.method == SolverMethod::vertex_block));
-  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+  CHECK(solver.step(kEventfulTimeStep).non_finite_vertices == 0);
 }
 
 // Would catch a body that dies bit by bit and is taken for alive.

@@ -30,12 +30,11 @@ using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::inspect;
 using testing::is_plan_valid;
+using testing::kEventfulTimeStep;
 using testing::serial_options;
 using testing::Variant;
 
-constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-std::vector<Variant> variants() {
+std::vector<Variant> compaction_variants() {
   return {{.damping = 0.01F},
           {.composition = PlanComposition::joint},
           {.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
@@ -95,7 +94,7 @@ TEST_CASE("compaction: is refused by another solver of the same tissue", "[edit]
 // Would catch tissue, numbers, links or state that go missing or to others, and dead ones that
 // stay.
 TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(compaction_variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   Solver solver(scene, serial_options(variant, 2)), before(scene, serial_options(variant, 2));
   for (Solver* each : {&solver, &before}) {
@@ -110,7 +109,7 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
         std::array{each->tissue().body(2).first_vertex + 1, each->tissue().body(4).first_vertex},
         1e-4F, 1);
     each->watch(std::array{each->tissue().body(2).first_vertex, Index{1}});
-    each->step(kTimeStep);
+    each->step(kEventfulTimeStep);
   }
   REQUIRE(digest_of(inspect(solver)) == digest_of(inspect(before)));
   const std::size_t bytes = solver.memory_bytes();
@@ -211,7 +210,7 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
 
 // Would catch a solver that is pulled, held or pushed otherwise from then on.
 TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
-  Variant variant = GENERATE(from_range(variants()));
+  Variant variant = GENERATE(from_range(compaction_variants()));
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const TetMesh block = testing::make_box({4, 4, 3}, testing::kEventfulEdge, 0.1);
   Material soft = elastic_material(block, 1000, 20e3);
@@ -237,12 +236,12 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
     }
     each->add_tool({}, ToolPose::Identity());
     each->grasp(ToolId{0}, std::array{first + block.vertex_count() - 1}, 1e-4F, 1);
-    each->step(kTimeStep);
+    each->step(kEventfulTimeStep);
   }
   const Renumbering ids = compact(solver);
   for (int i = 0; i < 5; ++i) {
-    solver.step(kTimeStep);
-    unchanged.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
+    unchanged.step(kEventfulTimeStep);
   }
   for (Index copy = 0; copy < 2; ++copy) {
     const auto now = solver.positions(copy), expected = unchanged.positions(copy);
@@ -262,7 +261,7 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
 // Would catch another order of vertices, constraints or rows than that of a fresh solver.
 TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh solver",
           "[equivalence]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(compaction_variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   Solver solver(scene, serial_options(variant, 2)), fresh(scene, serial_options(variant, 2));
   const Renumbering ids = compact(solver);
@@ -271,8 +270,8 @@ TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh sol
   CHECK(ids.vertices == same);
   CHECK(digest_of(inspect(solver)) == digest_of(inspect(fresh)));
   for (int i = 0; i < 3; ++i) {
-    solver.step(kTimeStep);
-    fresh.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
+    fresh.step(kEventfulTimeStep);
   }
   CHECK(solver.state_hash(1) == fresh.state_hash(1));
 }
@@ -361,19 +360,19 @@ TEST_CASE("compaction: builds in another thread while the solver steps", "[prope
   Compaction compaction(solver), in_turn(other);
   std::thread worker([&] { compaction.build(); });
   for (int i = 0; i < 5; ++i) {
-    solver.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
   }
   worker.join();
   in_turn.build();
   for (int i = 0; i < 5; ++i) {
-    other.step(kTimeStep);
+    other.step(kEventfulTimeStep);
   }
   CHECK(compaction.finish(solver).vertices == in_turn.finish(other).vertices);
-  solver.step(kTimeStep);
-  other.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
+  other.step(kEventfulTimeStep);
   CHECK(solver.state_hash() == other.state_hash());
   solver.tissue().apply(testing::part_vertex(solver, 20, 3));
-  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+  CHECK(solver.step(kEventfulTimeStep).non_finite_vertices == 0);
 }
 
 TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit]") {
@@ -448,7 +447,7 @@ TEST_CASE("compaction: an empty solver stays one", "[unit]") {
   compact(solver);
   CHECK(solver.vertex_count() == 0);
   CHECK(solver.tissue().bodies().empty());
-  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+  CHECK(solver.step(kEventfulTimeStep).non_finite_vertices == 0);
 }
 
 }  // namespace pbdsurg

@@ -27,7 +27,7 @@ TetMesh small_liver() {
   return tetrahedralize(recipe.shape, recipe.options).mesh;
 }
 
-SolverOptions options_of(SolverMethod method) {
+SolverOptions serial_plan_options(SolverMethod method) {
   SolverOptions options{.method = method, .executor = executor::serial()};
   if (method == SolverMethod::projection) {
     options.composition = PlanComposition::separate;
@@ -109,7 +109,7 @@ std::ptrdiff_t excess(Solver& solver, PhaseKind kind) {
 TEST_CASE("edited plan: after 200 cuts few colours more than a fresh one", "[property]") {
   Scene scene;
   scene.add_body("liver", small_liver());
-  Solver solver(scene, options_of(SolverMethod::projection));
+  Solver solver(scene, serial_plan_options(SolverMethod::projection));
   Strokes strokes(solver);
   for (int cuts = 1; cuts <= 200; ++cuts) {
     solver.tissue().apply(strokes.next());
@@ -127,7 +127,7 @@ TEST_CASE("edited plan: after 200 cuts no colour of vertices more than a fresh o
   const TetMesh mesh = small_liver();
   Scene scene;
   scene.add_body("liver", mesh, elastic_material(mesh, 1000, 5000));
-  Solver solver(scene, options_of(SolverMethod::vertex_block));
+  Solver solver(scene, serial_plan_options(SolverMethod::vertex_block));
   CHECK(phase_count(solver, PhaseKind::vertex) == 5);
   Strokes strokes(solver);
   for (int cuts = 1; cuts <= 200; ++cuts) {
@@ -144,7 +144,7 @@ TEST_CASE("edited plan: after 200 cuts no colour of vertices more than a fresh o
 TEST_CASE("edited plan: removals open no colour", "[property]") {
   Scene scene;
   scene.add_body("liver", small_liver());
-  Solver solver(scene, options_of(SolverMethod::projection));
+  Solver solver(scene, serial_plan_options(SolverMethod::projection));
   const auto distances = phase_count(solver, PhaseKind::distance);
   const auto volumes = phase_count(solver, PhaseKind::volume);
   const auto tet_count = static_cast<Index>(solver.tissue().tets().size());

@@ -21,9 +21,8 @@ using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::inspect;
 using testing::is_plan_valid;
+using testing::kEventfulTimeStep;
 using testing::Variant;
-
-constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 std::vector<Link> random_links(const Solver& solver, std::uint64_t seed, int count) {
   std::vector<Link> links;
@@ -89,7 +88,7 @@ TEST_CASE("growth: a link that comes later is projected, and colours stay valid"
       };
       REQUIRE(std::ranges::count_if(solver.plan().phases, is_of_link) == 1);
     }
-    REQUIRE(solver.step(kTimeStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kEventfulTimeStep).non_finite_vertices == 0);
   }
 }
 
@@ -143,8 +142,8 @@ TEST_CASE("growth: undo leaves no trace of new links", "[property]") {
       solver.tissue().apply({.new_links = links});
       unedited.tissue().apply({.new_links = links});
     }
-    solver.step(kTimeStep);
-    unedited.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
+    unedited.step(kEventfulTimeStep);
     const std::uint64_t before = digest_of(inspect(solver));
     TopologyEdit edit = testing::eventful_edit(solver, static_cast<Index>(round));
     for (const Link& link : random_links(solver, round, 50)) {
@@ -161,8 +160,8 @@ TEST_CASE("growth: undo leaves no trace of new links", "[property]") {
     REQUIRE(digest_of(inspect(solver)) != before);
     solver.tissue().undo();
     REQUIRE(digest_of(inspect(solver)) == before);
-    solver.step(kTimeStep);
-    unedited.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
+    unedited.step(kEventfulTimeStep);
     REQUIRE(solver.state_hash() == unedited.state_hash());
   }
 }

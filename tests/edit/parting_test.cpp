@@ -31,10 +31,9 @@ using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::inspect;
 using testing::is_plan_valid;
+using testing::kEventfulEdge;
+using testing::kEventfulTimeStep;
 using testing::Variant;
-
-constexpr double kEdge = testing::kEventfulEdge;
-constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 using Positions = std::vector<Eigen::Vector3d>;
 
@@ -150,7 +149,7 @@ void check_against_rebuild(const Solver& solver, const Positions& rest) {
   REQUIRE(is_plan_valid(data));
 }
 
-std::vector<Variant> variants() {
+std::vector<Variant> parting_variants() {
   return {{},
           {.composition = PlanComposition::joint},
           {.composition = PlanComposition::joint, .max_colors = 9, .damping = 0.01F},
@@ -164,7 +163,7 @@ std::vector<Variant> variants() {
 // Would catch whatever an edit forgets to bring up to date: constraints, rest values, masses,
 // neighbours, colours; and what undo leaves behind.
 TEST_CASE("cut: after any cuts, all equals a rebuild, and undo restores every bit", "[property]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(parting_variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.executor = executor::serial();
@@ -202,14 +201,14 @@ TEST_CASE("cut: after any cuts, all equals a rebuild, and undo restores every bi
       rest = next;
     }
     if (round % 8 == 7) {
-      REQUIRE(solver.step(kTimeStep).non_finite_vertices == 0);
+      REQUIRE(solver.step(kEventfulTimeStep).non_finite_vertices == 0);
     }
   }
 }
 
 // Would catch a backend that reads what a cut moved, or does not see what it added.
 TEST_CASE("cut: threads have the serial bits on cut tissue", "[equivalence]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(parting_variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.executor = executor::serial();
@@ -221,8 +220,8 @@ TEST_CASE("cut: threads have the serial bits on cut tissue", "[equivalence]") {
     const TopologyEdit edit = random_cut(serial, 77 + round, rest);
     serial.tissue().apply(edit);
     threaded.tissue().apply(edit);
-    serial.step(kTimeStep);
-    threaded.step(kTimeStep);
+    serial.step(kEventfulTimeStep);
+    threaded.step(kEventfulTimeStep);
     REQUIRE(serial.state_hash() == threaded.state_hash());
   }
 }
@@ -238,7 +237,7 @@ TopologyEdit cut_plane(const Solver& solver, const Positions& rest, double x) {
     const double middle = std::accumulate(
         tet.begin(), tet.end(), 0.0, [&](double sum, Index v) { return sum + rest[v].x() / 4; });
     for (const Index v : tet) {
-      if (middle > x && std::abs(rest[v].x() - x) < 0.01 * kEdge) {
+      if (middle > x && std::abs(rest[v].x() - x) < 0.01 * kEventfulEdge) {
         const auto next = solver.vertex_count() + static_cast<Index>(copies.size());
         const auto [copy, is_new] = copies.emplace(v, next);
         if (is_new) {
@@ -261,15 +260,15 @@ TEST_CASE("cut: a block in two falls apart, and nothing pulls across", "[validat
   if (method == SolverMethod::vertex_block && composition == PlanComposition::joint) {
     return;
   }
-  const TetMesh mesh = testing::make_box({4, 3, 3}, kEdge);
+  const TetMesh mesh = testing::make_box({4, 3, 3}, kEventfulEdge);
   Material material = elastic_material(mesh, 1000, 20e3);
   material.model = model;
   Scene scene;
   scene.add_body("block", mesh, material);
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEventfulEdge; });
   Solver solver(scene, {.method = method, .composition = composition});
   const Positions rest(scene.positions().begin(), scene.positions().end());
-  const TopologyEdit edit = cut_plane(solver, rest, 2 * kEdge);
+  const TopologyEdit edit = cut_plane(solver, rest, 2 * kEventfulEdge);
   REQUIRE(edit.new_vertices.size() == 16);
   const std::size_t faces = find_live_boundary(solver.tissue(), 0).size();
   const TissueChange result = solver.tissue().apply(edit);
@@ -283,14 +282,14 @@ TEST_CASE("cut: a block in two falls apart, and nothing pulls across", "[validat
   const double time = steps * 5e-3;
   const auto x = solver.positions();
   for (std::size_t v = 0; v < x.size(); ++v) {
-    const bool is_free = v >= rest.size() || rest[v].x() > 2.5 * kEdge;
+    const bool is_free = v >= rest.size() || rest[v].x() > 2.5 * kEventfulEdge;
     const Eigen::Vector3d start =
         v < rest.size() ? rest[v] : rest[edit.new_vertices[v - rest.size()].first];
     INFO("vertex " << v);
     if (is_free) {  // free fall, up to how substeps sum it up
       CHECK(x[v].y() - start.y() == Approx(-0.5 * 9.81 * time * time).epsilon(0.03));
     } else {
-      CHECK(std::abs(x[v].y() - start.y()) < 0.2 * kEdge);
+      CHECK(std::abs(x[v].y() - start.y()) < 0.2 * kEventfulEdge);
     }
   }
 }
@@ -298,7 +297,7 @@ TEST_CASE("cut: a block in two falls apart, and nothing pulls across", "[validat
 // Would catch mass or momentum that a cut makes or loses.
 TEST_CASE("cut: mass, rest volume and momentum stay", "[property]") {
   const auto model = GENERATE(ElasticModel::springs, ElasticModel::neo_hookean);
-  const TetMesh mesh = testing::make_box({3, 3, 3}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({3, 3, 3}, kEventfulEdge, 0.1);
   Material material = elastic_material(mesh, 1000, 20e3);
   material.model = model;
   Scene scene;
@@ -340,8 +339,8 @@ TEST_CASE("cut: mass, rest volume and momentum stay", "[property]") {
 // Would catch a fixed vertex whose copy falls, and a copy that is fixed for being between.
 TEST_CASE("cut: new vertices are fixed where all around is", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 1, 1}, kEdge));
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.add_body("block", testing::make_box({2, 1, 1}, kEventfulEdge));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEventfulEdge; });
   Solver solver(scene, {.executor = executor::serial()});
   const auto w = [&](Index v) { return inspect(solver).particle(v).w; };
   Index first = 0;  // a fixed edge, and one that is half fixed
@@ -362,7 +361,7 @@ TEST_CASE("cut: new vertices are fixed where all around is", "[unit]") {
 
 TEST_CASE("cut: a bad cut is refused by name and changes nothing", "[unit]") {
   Scene scene;
-  const TetMesh block = testing::make_box({2, 2, 2}, kEdge);
+  const TetMesh block = testing::make_box({2, 2, 2}, kEventfulEdge);
   scene.add_body("left", block);
   scene.add_body("right", block);
   Solver solver(scene, {.executor = executor::serial()});

@@ -21,18 +21,17 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::inspect;
-
-constexpr double kEdge = 4e-3;
+using testing::kSoftEdge;
 
 Scene make_two_blocks() {
   Scene scene;
-  const TetMesh block = testing::make_box({4, 3, 3}, kEdge, 0.1);
+  const TetMesh block = testing::make_box({4, 3, 3}, kSoftEdge, 0.1);
   scene.add_body("left", block, testing::kSprings);
   scene.add_body("right", block, testing::kSprings);
   for (Index v = 0; v < block.vertex_count(); ++v) {
     scene.add_link({v, block.vertex_count() + v, 1e-3F, {}});
   }
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   return scene;
 }
 
@@ -190,7 +189,7 @@ TEST_CASE("topology edit: mass goes with tissue", "[unit]") {
 
 TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]") {
   Scene scene;
-  scene.add_body("corner", testing::make_box({1, 1, 1}, kEdge), testing::kSprings);
+  scene.add_body("corner", testing::make_box({1, 1, 1}, kSoftEdge), testing::kSprings);
   Solver solver(scene, testing::small_steps());
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::vector<Index>{0});
@@ -209,7 +208,7 @@ TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]"
 
 TEST_CASE("topology edit: rest values change what the solver pulls towards", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge), testing::kSprings);
+  scene.add_body("block", testing::make_box({2, 2, 2}, kSoftEdge), testing::kSprings);
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, testing::small_steps({.substeps = 20, .damping = 20}));
   TopologyEdit edit;
@@ -225,14 +224,15 @@ TEST_CASE("topology edit: rest values change what the solver pulls towards", "[u
   }
 
   const auto x = solver.positions();
-  CHECK((x.back() - x.front()).norm() == Approx(0.8 * 2 * kEdge * std::sqrt(3.0)).epsilon(0.01));
+  CHECK((x.back() - x.front()).norm() ==
+        Approx(0.8 * 2 * kSoftEdge * std::sqrt(3.0)).epsilon(0.01));
 }
 
 namespace {
 
 Scene make_neo_hookean_block() {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge, 0.1),
+  scene.add_body("block", testing::make_box({2, 2, 2}, kSoftEdge, 0.1),
                  {.model = ElasticModel::neo_hookean, .max_stretch = 1.5F});
   scene.set_gravity(Eigen::Vector3f::Zero());
   return scene;
@@ -300,7 +300,7 @@ TEST_CASE("topology edit: rest volumes shrink neo-hookean tissue, rest lengths a
 
 TEST_CASE("topology edit: a strain limit follows a changed rest length", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({1, 1, 1}, kEdge),
+  scene.add_body("block", testing::make_box({1, 1, 1}, kSoftEdge),
                  {.model = ElasticModel::springs, .max_stretch = 1.5F});
   Solver solver(scene, testing::small_steps());
   const float half = 0.5F * solver.rest_length(2);

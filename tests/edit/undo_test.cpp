@@ -20,9 +20,8 @@ namespace {
 using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::inspect;
+using testing::kEventfulTimeStep;
 using testing::Variant;
-
-constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 // Removes tetrahedra around some vertices, so that these lose all, and links, changes rest values,
 // fixes vertices and lets others go.
@@ -67,7 +66,7 @@ TopologyEdit random_edit(const Solver& solver, std::uint64_t seed) {
   return edit;
 }
 
-std::vector<Variant> variants() {
+std::vector<Variant> undo_variants() {
   return {{},
           {.damping = 0.01F},
           {.composition = PlanComposition::joint},
@@ -84,7 +83,7 @@ std::vector<Variant> variants() {
 // Would catch anything that an edit changes and undo does not put back to where it was: slots,
 // owners, masses, motion, grasps, rows; and what shows only in steps.
 TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]") {
-  const Variant variant = GENERATE(from_range(variants()));
+  const Variant variant = GENERATE(from_range(undo_variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.copies = GENERATE(1, 3);
@@ -117,7 +116,7 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
         each->release(ToolId(tool), options.copies - 1);
         each->grasp(ToolId(tool), held, 1e-4F, options.copies - 1);
       }
-      each->step(kTimeStep);
+      each->step(kEventfulTimeStep);
     }
     const std::uint64_t before = digest_of(inspect(solver));
     const std::uint64_t version = solver.tissue().version();
@@ -130,8 +129,8 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
     solver.tissue().undo();
     REQUIRE(digest_of(inspect(solver)) == before);
     REQUIRE(solver.tissue().version() == version);
-    solver.step(kTimeStep);
-    unedited.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
+    unedited.step(kEventfulTimeStep);
     REQUIRE(solver.state_hash() == unedited.state_hash());
   }
 }
@@ -164,7 +163,7 @@ TEST_CASE("undo: after some steps, what had gone is where it went, and the rest 
   Scene scene;
   scene.add_body("block", testing::make_box({3, 2, 2}, 4e-3, 0.1));
   Solver solver(scene, {.executor = executor::serial()});
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   TopologyEdit edit;
   for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()) / 2; ++t) {
     edit.remove_tets.push_back(t);
@@ -173,7 +172,7 @@ TEST_CASE("undo: after some steps, what had gone is where it went, and the rest 
   const auto speeds = solver.velocities();
   const TissueChange result = solver.tissue().apply(edit);
   REQUIRE(!result.emptied_vertices.empty());
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   auto expected = solver.positions();
   auto expected_speeds = solver.velocities();
   CHECK(expected != at_edit);

@@ -7,6 +7,7 @@
 #include "apps/rig/handle_emulator.h"
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
+#include "tests/support/emulated_range.h"
 #include "tests/support/pedal_pipe.h"
 #include "tests/support/puppet.h"
 
@@ -16,11 +17,11 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 using testing::Approx;
+using testing::kEmulatedRange;
 using testing::Puppet;
 using testing::Strings;
 
 constexpr float kQuarter = std::numbers::pi_v<float> / 2;
-constexpr JawRange kRange{.closed = 900 * 64, .open = 100 * 64};
 
 Isometry3f frame(const Vector3f& at, float angle, const Vector3f& axis) {
   return Eigen::Translation3f(at) * Eigen::AngleAxisf(angle, axis);
@@ -71,7 +72,7 @@ TEST_CASE("decorators: a transformed device is in the scene's frame, and so are 
 TEST_CASE("decorators: a handle gives an arm its jaw, wheel and buttons", "[unit]") {
   VirtualClock clock;
   rig::HandleEmulator board(clock);
-  Handle handle(board.port(), kRange, clock);
+  Handle handle(board.port(), kEmulatedRange, clock);
   Strings strings;
   strings.state.jaw = 0.1F;
   strings.state.buttons = 2;

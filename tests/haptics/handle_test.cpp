@@ -9,6 +9,7 @@
 #include "apps/rig/handle_emulator.h"
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
+#include "tests/support/emulated_range.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 
@@ -16,12 +17,10 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
-
-// what the emulated sensor reads, with 6 bits more
-constexpr JawRange kRange{.closed = 900 * 64, .open = 100 * 64};
+using testing::kEmulatedRange;
 
 // A handle and the emulated one, polled each millisecond of virtual time.
-class Bench {
+class HandleBench {
  public:
   // Runs for some time. @param speaks  whether the board's loop runs
   const HandleState& run(double seconds, bool speaks = true) {
@@ -38,7 +37,7 @@ class Bench {
 
   VirtualClock clock;
   rig::HandleEmulator board{clock};
-  Handle handle{board.port(), kRange, clock};
+  Handle handle{board.port(), kEmulatedRange, clock};
   HandleState state;
 };
 
@@ -47,7 +46,7 @@ class Bench {
 // Would catch a sketch whose lines are not of the protocol, sensors or buttons that are mixed up, a
 // wheel of the wrong sense or unit, and a terminal that changes bytes.
 TEST_CASE("handle: what fingers do at the sketch's sensors arrives", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   CHECK(bench.handle.poll().condition == HandleCondition::waiting);
   CHECK_FALSE(bench.handle.report());
   CHECK(bench.run(0.1).condition == HandleCondition::live);
@@ -73,7 +72,7 @@ TEST_CASE("handle: what fingers do at the sketch's sensors arrives", "[unit]") {
 
 // Would catch lines that are counted twice or not at all: the sketch sends one each 10 ms.
 TEST_CASE("handle: a hundred lines come in a second, none is missed", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   bench.run(1);
   CHECK(bench.handle.counts().lines == 100);
   CHECK(bench.handle.counts().missed == 0);
@@ -83,7 +82,7 @@ TEST_CASE("handle: a hundred lines come in a second, none is missed", "[unit]") 
 // Would catch jaws that open at once, a moment too soon or too late, or with a snap; buttons that
 // stay down; and a handle back with closed jaws that snaps them shut.
 TEST_CASE("handle: a silent one holds, is lost, opens, and comes back", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   bench.board.set_jaw(0);
   bench.board.set_button(0, true);
   bench.run(1);
@@ -121,7 +120,7 @@ TEST_CASE("handle: a silent one holds, is lost, opens, and comes back", "[unit]"
 
 // Would catch jaws whose way depends on how often they are asked for.
 TEST_CASE("handle: jaws open by time, whenever they are asked for", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   bench.board.set_jaw(0);
   bench.run(1);
   const double last = bench.state.time;
@@ -131,7 +130,7 @@ TEST_CASE("handle: jaws open by time, whenever they are asked for", "[unit]") {
 
 // Would catch a closed port that throws, ends the program or counts as live.
 TEST_CASE("handle: a cable that is pulled is a loss", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   bench.board.set_jaw(0);
   bench.run(1);
   bench.board.unplug();
@@ -143,7 +142,7 @@ TEST_CASE("handle: a cable that is pulled is a loss", "[unit]") {
 
 // Would catch one that is waited for without a cable.
 TEST_CASE("handle: a cable that is pulled before the first line is a loss", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   bench.board.unplug();
   CHECK(bench.handle.poll().condition == HandleCondition::lost);
   CHECK(bench.handle.poll().condition == HandleCondition::lost);
@@ -158,7 +157,7 @@ TEST_CASE("handle: a cable that is plugged in again brings the handle back", "[u
   const auto link = folder / "by-id";
   auto board = std::make_unique<rig::HandleEmulator>(clock);
   std::filesystem::create_symlink(board->port(), link);
-  Handle handle(link, kRange, clock);
+  Handle handle(link, kEmulatedRange, clock);
   if (has_spoken) {
     board->run();
     CHECK(handle.poll().condition == HandleCondition::live);
@@ -189,7 +188,7 @@ TEST_CASE("handle: a cable that is plugged in again brings the handle back", "[u
 // Would catch gaps that are not counted, a wrap that is one, and a board that starts anew at 0 and
 // seems to have lost 65,000 lines.
 TEST_CASE("handle: lines that are missing are counted", "[unit]") {
-  Bench bench;
+  HandleBench bench;
   bench.run(1);
   const HandleCounts before = bench.handle.counts();
   for (int line = 0; line < 3; ++line) {  // three lines that never reach the handle
@@ -243,7 +242,7 @@ TEST_CASE("handle: a port that cannot be one is refused", "[unit]") {
   const VirtualClock clock;
   const auto refusal = [&](const std::filesystem::path& path) -> std::string {
     try {
-      const Handle handle(path, kRange, clock);
+      const Handle handle(path, kEmulatedRange, clock);
     } catch (const FileError& error) {
       return error.what();
     }
@@ -256,7 +255,7 @@ TEST_CASE("handle: a port that cannot be one is refused", "[unit]") {
   CHECK(refusal(folder.put("file", "")) == (folder / "file").string() + ": is no serial port");
   const rig::HandleEmulator board(clock);
   testing::check_refused([&] { Handle(board.port(), JawRange{1000, 2000}, clock); }, "2048");
-  Handle handle(board.port(), kRange, clock);
+  Handle handle(board.port(), kEmulatedRange, clock);
   testing::check_refused([&] { handle.set_range({1000, 2000}); }, "2048");
 }
 

@@ -27,9 +27,9 @@ FileDescriptor open_pipe(const std::filesystem::path& path) {
 }
 
 // A pipe with a device that reads it.
-class Bench {
+class PipeBench {
  public:
-  Bench() { attempts = 0; }
+  PipeBench() { attempts = 0; }
 
   long read() {
     char bytes[64];
@@ -52,7 +52,7 @@ int lowest_free() {
 // Would catch a device that is not opened again, a caller that waits until it is, and a dead file
 // that is kept: the device would come back under another name.
 TEST_CASE("hotplug device: one that was gone is opened by another thread", "[unit]") {
-  Bench bench;
+  PipeBench bench;
   CHECK(bench.device.is_there());
   CHECK(bench.read() < 0);
   const int free_before = lowest_free();
@@ -82,7 +82,7 @@ TEST_CASE("hotplug device: one that was gone is opened by another thread", "[uni
 
 // Would catch a thread that tries all the time, and one that gives up.
 TEST_CASE("hotplug device: it is tried once a second until it is there", "[unit]") {
-  Bench bench;
+  PipeBench bench;
   bench.pipe.unplug();
   REQUIRE(bench.read() == 0);
   REQUIRE(std::filesystem::remove(bench.pipe.path));
@@ -104,7 +104,7 @@ TEST_CASE("hotplug device: it is tried once a second until it is there", "[unit]
 TEST_CASE("hotplug device: it may end in the middle of an attempt", "[unit]") {
   const int free_before = lowest_free();
   for (int round = 0; round < 50; ++round) {
-    Bench bench;
+    PipeBench bench;
     bench.pipe.unplug();
     REQUIRE(bench.read() == 0);
     bench.pipe.plug_in();

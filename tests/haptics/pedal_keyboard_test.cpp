@@ -17,7 +17,7 @@ namespace {
 constexpr PedalKeys kKeys{.cut = KEY_A, .coagulation = KEY_B};
 
 // A pipe of keys, polled each millisecond of virtual time.
-class Bench {
+class PedalBench {
  public:
   void run(double seconds) {
     const double end = clock.now() + seconds;
@@ -43,7 +43,7 @@ class Bench {
 // Would catch pedals exchanged, an event that waits for the debounce, a wrong time, and a key that
 // is held and taken for one that is pressed again.
 TEST_CASE("pedals: each key is its pedal, at the time of the poll", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   bench.run(0.1);
   CHECK(bench.events.empty());
   bench.keys.key(KEY_A, 1);
@@ -69,7 +69,7 @@ TEST_CASE("pedals: each key is its pedal, at the time of the poll", "[unit]") {
 
 // Would catch a generator that goes on while a foot is on both.
 TEST_CASE("pedals: both together activate nothing", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   bench.keys.key(KEY_A, 1);
   bench.run(0.1);
   CHECK(activation_of(bench.pedals.event().pedals) == Activation::cut);
@@ -85,7 +85,7 @@ TEST_CASE("pedals: both together activate nothing", "[unit]") {
 // Would catch a bounce that counts, in one poll or in many, and one that ends with the wrong state.
 TEST_CASE("pedals: contacts that bounce give one event", "[unit]") {
   const int polls_between = GENERATE(0, 1, 3);  // six changes, 18 ms at most
-  Bench bench;
+  PedalBench bench;
   for (int change = 0; change < 7; ++change) {
     bench.keys.key(KEY_A, change % 2 == 0 ? 1 : 0);
     bench.run(1e-3 * polls_between);
@@ -105,7 +105,7 @@ TEST_CASE("pedals: contacts that bounce give one event", "[unit]") {
 
 // Would catch a pedal that sticks after a tap within the debounce.
 TEST_CASE("pedals: a tap shorter than the debounce ends with it", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   bench.keys.key(KEY_A, 1);
   bench.keys.key(KEY_A, 0);
   bench.run(0.1);
@@ -116,7 +116,7 @@ TEST_CASE("pedals: a tap shorter than the debounce ends with it", "[unit]") {
 
 // Would catch a generator that burns on, or an exception, when the cable is pulled.
 TEST_CASE("pedals: a keyboard that is gone has its pedals up", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   bench.keys.key(KEY_A, 1);
   bench.run(0.1);
   CHECK(bench.pedals.is_connected());
@@ -143,7 +143,7 @@ TEST_CASE("pedals: a keyboard that is gone has its pedals up", "[unit]") {
 
 // Would catch a record that begins before a keyboard is gone and ends with another's first bytes.
 TEST_CASE("pedals: what was left of a record is gone with its keyboard", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   bench.keys.bytes("half", 4);
   bench.run(0.001);
   bench.keys.unplug();
@@ -164,7 +164,7 @@ TEST_CASE("pedals: what was left of a record is gone with its keyboard", "[unit]
 TEST_CASE("pedals: after a stall, lost events or an order they are up until pressed anew",
           "[unit]") {
   const PedalCause cause = GENERATE(PedalCause::stall, PedalCause::overflow, PedalCause::let_go);
-  Bench bench;
+  PedalBench bench;
   bench.keys.key(KEY_A, 1);
   bench.run(0.1);
   REQUIRE(bench.events.size() == 1);
@@ -199,7 +199,7 @@ TEST_CASE("pedals: after a stall, lost events or an order they are up until pres
 
 // Would catch a slow program, or one at the limit itself, that loses its pedals.
 TEST_CASE("pedals: polls as far apart as a quarter of a second are no stall", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   bench.keys.key(KEY_A, 1);
   for (int poll = 0; poll < 20; ++poll) {
     bench.clock.advance(PedalKeyboard::kStall - 1e-6);
@@ -212,7 +212,7 @@ TEST_CASE("pedals: polls as far apart as a quarter of a second are no stall", "[
 // Would catch records that are lost or shifted where a read breaks them, and a full buffer that
 // looks like the end.
 TEST_CASE("pedals: records arrive in pieces and in crowds", "[unit]") {
-  Bench bench;
+  PedalBench bench;
   input_event press{};
   press.type = EV_KEY;
   press.code = KEY_B;

@@ -27,8 +27,8 @@ using testing::check_bounds;
 using testing::FaultCase;
 using testing::size_at;
 
-constexpr double kBegin = 0.5;  // s, of the fault
-constexpr double kEnd = 2;      // s, of the test
+constexpr double kEarlyFault = 0.5;  // s, of the fault
+constexpr double kEarlyEnd = 2;      // s, of the test
 
 }  // namespace
 
@@ -61,8 +61,8 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
   Emulator emulator(options);
   testing::Wall left(emulator, 0), right(emulator, 1);
   HdapiSession session(testing::feel(left, right), emulator.clock());
-  emulator.inject({.fault = one.fault, .begin = kBegin, .duration = one.duration});
-  while (emulator.scheduler_time() < kEnd) {
+  emulator.inject({.fault = one.fault, .begin = kEarlyFault, .duration = one.duration});
+  while (emulator.scheduler_time() < kEarlyEnd) {
     // soon after one another: a program would take a second
     session.poll();
     emulator.step(50);
@@ -71,9 +71,9 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
   const auto forces = emulator.forces(0);
   check_bounds(forces);
   check_bounds(emulator.forces(1));
-  REQUIRE(size_at(forces, kBegin - 0.001) > 1.5);
+  REQUIRE(size_at(forces, kEarlyFault - 0.001) > 1.5);
   // in a time in which the last of what is polled is noticed
-  const double least = testing::least_between(forces, kBegin, kBegin + 0.3);
+  const double least = testing::least_between(forces, kEarlyFault, kEarlyFault + 0.3);
   const HdapiStatus status = session.device(0).status();
   // packets are no matter of the driver's
   switch (one.counted ? one.after : After::never_off) {
@@ -85,7 +85,7 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
       // without a chain, force is off for as long as the fault is there
       CHECK(least < 1.5);
       CHECK((least == 0 || one.duration < 0.013));
-      CHECK(size_at(forces, kEnd) > 1.5);
+      CHECK(size_at(forces, kEarlyEnd) > 1.5);
       CHECK_FALSE(status.is_lost);
       CHECK(session.device(0).state().is_connected);
       break;
@@ -93,7 +93,7 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
       // the last that its motors were told; then it is left alone
       CHECK(forces.back().set.norm() == 0);
       CHECK(forces.back().applied.norm() == 0);
-      CHECK(forces.back().time < kBegin + 0.2);
+      CHECK(forces.back().time < kEarlyFault + 0.2);
       CHECK(status.is_lost);
       CHECK_FALSE(session.device(0).state().is_connected);
       CHECK(session.device(0).state().pedals == pbdsurg::Pedals{});
@@ -102,7 +102,7 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
   testing::check_counts(one, status.faults);
   if (!testing::is_of_both(one.fault)) {
     for (const ForceRecord& force : emulator.forces(1)) {
-      REQUIRE((force.time < kBegin || force.set.norm() > 1.5));
+      REQUIRE((force.time < kEarlyFault || force.set.norm() > 1.5));
     }
   }
 }

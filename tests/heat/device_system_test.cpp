@@ -9,17 +9,16 @@
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "lib/base/executor_state.h"
 #include "tests/support/field_backend_cases.h"
+#include "tests/support/heat_tissues.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
+using testing::kLiver;
 
 int solutions_until_failure = -1;  // none, if negative
 bool is_memory_short = false;

@@ -62,7 +62,7 @@ double mean(const Block& block, const std::vector<VertexShare>& shares, Function
 
 // s = sinh(mu) of the oblate spheroid of the disk that a point lies on, by its coordinates:
 // rho^2 / (1 + s^2) + z^2 / s^2 = 1 in units of the radius.
-double spheroid(const Eigen::Vector3d& point) {
+double spheroid_through(const Eigen::Vector3d& point) {
   const Eigen::Vector3d x = point / kRadius;
   const double b = x.squaredNorm() - 1;
   return std::sqrt((b + std::sqrt(b * b + 4 * x.z() * x.z())) / 2);
@@ -82,7 +82,7 @@ TEST_CASE("disk source: the power inside of a spheroid follows its closed form",
   CHECK(covered < 2 / std::numbers::pi * std::atan(5.7));
   for (const double s : {0.6, 1.0, 1.5, 2.0, 3.0}) {
     const double inside = covered * mean(block, shares, [&](const Eigen::Vector3d& x) {
-                            return spheroid(x) <= s ? 1.0 : 0.0;
+                            return spheroid_through(x) <= s ? 1.0 : 0.0;
                           });
     CHECK(inside == Approx(2 / std::numbers::pi * std::atan(s)).margin(0.03));
   }

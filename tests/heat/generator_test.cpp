@@ -15,8 +15,8 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -78,7 +78,7 @@ TEST_CASE("generator: short and open circuits are safe", "[unit]") {
   CHECK(closed.regime == GeneratorRegime::current);
   CHECK(closed.current == generator.settings().current_limit);
   CHECK((closed.voltage == 0 && closed.power == 0 && !closed.may_arc));
-  for (const double load : {kInfinity, kNan, -1.0, -kInfinity}) {
+  for (const double load : {kInfinite, kNotANumber, -1.0, -kInfinite}) {
     const OperatingPoint open = generator.drive(load);
     CHECK(open.regime == GeneratorRegime::open_circuit);
     CHECK((open.current == 0 && open.power == 0));
@@ -116,12 +116,12 @@ TEST_CASE("generator: a known current is the same into any load", "[unit]") {
     CHECK(point.current == 0.25);
     CHECK(point.power == Approx(0.0625 * load).epsilon(1e-12));
   }
-  const OperatingPoint open = generator.drive(kInfinity);
+  const OperatingPoint open = generator.drive(kInfinite);
   CHECK((open.power == 0 && open.voltage == 0 && open.current == 0));
 }
 
 TEST_CASE("generator: bad settings are refused by name", "[unit]") {
-  for (const double bad : {0.0, -1.0, kNan, kInfinity}) {
+  for (const double bad : {0.0, -1.0, kNotANumber, kInfinite}) {
     CHECK_THROWS_WITH(Generator(cut_settings(bad)), ContainsSubstring("power"));
     CHECK_THROWS_WITH(Generator(known_current_settings(bad)), ContainsSubstring("current"));
     GeneratorSettings settings = cut_settings(30);
@@ -131,7 +131,7 @@ TEST_CASE("generator: bad settings are refused by name", "[unit]") {
     settings.voltage_limit = bad;
     CHECK_THROWS_WITH(Generator(settings), ContainsSubstring("voltage limit"));
   }
-  for (const double bad : {0.0, 1.5, kNan}) {
+  for (const double bad : {0.0, 1.5, kNotANumber}) {
     GeneratorSettings settings = coagulate_settings(30);
     settings.duty = bad;
     CHECK_THROWS_WITH(Generator(settings), ContainsSubstring("duty"));

@@ -10,25 +10,24 @@
 
 #include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/heat/tissue_state.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/heat_meshes.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/scenes.h"
 
 namespace pbdsurg {
 namespace {
 
+using std::numbers::pi;
 using testing::Approx;
+using testing::kLiver;
 using testing::ledger_error;
 using testing::make_box;
 using testing::make_jittered_box;
 using testing::set_profile;
 using testing::vertices_where;
 
-const ThermalProperties& kLiver = tissues::liver().heat;
-
-constexpr double kPi = std::numbers::pi;
 const HeatOptions kWhole{.active_rise = 0, .tolerance = 1e-9};
 
 double sum(const HeatLedger& ledger) {
@@ -88,7 +87,7 @@ double stefan_depth(double time) {
   const double diffusivity = kLiver.conductivity / (kLiver.density * dry);
   const double stefan = dry * 300 / (kLiver.water_fraction * kLatentHeatOfWater);
   const double l = root(
-      0, 2, [&](double x) { return x * std::exp(x * x) * std::erf(x) - stefan / std::sqrt(kPi); });
+      0, 2, [&](double x) { return x * std::exp(x * x) * std::erf(x) - stefan / std::sqrt(pi); });
   return 2 * l * std::sqrt(diffusivity * time);
 }
 
@@ -104,8 +103,8 @@ double neumann_depth(double wall, double time) {
     const double y = x * std::sqrt(a / b);
     return latent * x * std::sqrt(a) -
            kLiver.conductivity *
-               ((wall - 100) / (std::sqrt(kPi * a) * std::exp(x * x) * std::erf(x)) -
-                63 / (std::sqrt(kPi * b) * std::exp(y * y) * std::erfc(y)));
+               ((wall - 100) / (std::sqrt(pi * a) * std::exp(x * x) * std::erf(x)) -
+                63 / (std::sqrt(pi * b) * std::exp(y * y) * std::erfc(y)));
   });
   return 2 * l * std::sqrt(a * time);
 }

@@ -8,20 +8,19 @@
 #include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/heat/potential_field.h"
 #include "pbdsurg/solver/compaction.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/cuts.h"
 #include "tests/support/heat_meshes.h"
+#include "tests/support/heat_tissues.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kFat;
+using testing::kLiver;
 using testing::ledger_error;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
 
 }  // namespace
 

@@ -10,22 +10,25 @@
 
 #include "pbdsurg/base/random.h"
 #include "pbdsurg/heat/heat_field.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/conduction_meshes.h"
 #include "tests/support/conduction_problems.h"
 #include "tests/support/heat_meshes.h"
+#include "tests/support/heat_tissues.h"
 
 namespace pbdsurg {
 namespace {
 
+using std::numbers::pi;
 using testing::all_of;
 using testing::Approx;
 using testing::dry_model;
 using testing::heat_face;
 using testing::is_face;
 using testing::kExact;
+using testing::kFat;
+using testing::kLiver;
 using testing::largest_error;
 using testing::ledger_error;
 using testing::make_box;
@@ -34,11 +37,6 @@ using testing::mean_error;
 using testing::set_profile;
 using testing::settle;
 using testing::vertices_where;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
-
-constexpr double kPi = std::numbers::pi;
 
 double diffusivity(const ThermalProperties& tissue) {
   return tissue.conductivity / (tissue.density * tissue.specific_heat);
@@ -112,7 +110,7 @@ TEST_CASE("heat conduction: the surface under constant flux follows its closed f
   for (int i = 0; i < 300; ++i) {
     field.step(1.0 / 60, sources);
   }
-  const double rise = 2e4 / kLiver.conductivity * std::sqrt(diffusivity(kLiver) * 5 / kPi);
+  const double rise = 2e4 / kLiver.conductivity * std::sqrt(diffusivity(kLiver) * 5 / pi);
   CHECK(face_temperature(field, sources) == Approx(37 + rise).margin(tolerance));
 }
 
@@ -128,7 +126,7 @@ TEST_CASE("heat conduction: a surface takes the time to boil that it must", "[va
     time += kTimeStep;
   }
   const double expected =
-      kPi / 4 * kLiver.conductivity * kLiver.density * kLiver.specific_heat * std::pow(63 / 1e5, 2);
+      pi / 4 * kLiver.conductivity * kLiver.density * kLiver.specific_heat * std::pow(63 / 1e5, 2);
   CHECK(time == Approx(expected).epsilon(0.03));
 }
 
@@ -144,15 +142,15 @@ TEST_CASE("heat conduction: a mode of a cube decays at its rate, to second order
     HeatField field(mesh, kLiver, dry_model(0.5), kExact);
     const auto mode = [&](double decay) {
       return [=](const Eigen::Vector3d& x) {
-        return 37 + 10 * decay * std::cos(kPi * x.x() / kLength) * std::cos(kPi * x.y() / kLength) *
-                        std::cos(kPi * x.z() / kLength);
+        return 37 + 10 * decay * std::cos(pi * x.x() / kLength) * std::cos(pi * x.y() / kLength) *
+                        std::cos(pi * x.z() / kLength);
       };
     };
     set_profile(field, all_of(mesh), mode(1));
     for (Index i = 0; i < n; ++i) {
       field.step(time / n, {});
     }
-    const double decay = std::exp(-3 * kPi * kPi * 0.02);
+    const double decay = std::exp(-3 * pi * pi * 0.02);
     errors.push_back(mean_error(field, mode(decay)) / (10 * decay / std::sqrt(8)));
     CHECK(field.ledger().in == Approx(field.ledger().sensible).margin(1e-9));
   }
@@ -170,8 +168,8 @@ TEST_CASE("heat conduction: a manufactured solution is met to second order", "[v
     const TetMesh mesh = make_jittered_box({n, n, n}, kLength / n, 0.15);
     HeatField field(mesh, kLiver, dry_model(0.5), {.active_rise = 0, .tolerance = 1e-9});
     const auto shape = [&](const Eigen::Vector3d& x) {
-      return 20 * std::sin(kPi * x.x() / kLength) * std::sin(kPi * x.y() / kLength) *
-             std::sin(kPi * x.z() / kLength);
+      return 20 * std::sin(pi * x.x() / kLength) * std::sin(pi * x.y() / kLength) *
+             std::sin(pi * x.z() / kLength);
     };
     set_profile(field, all_of(mesh), [&](const Eigen::Vector3d& x) { return 37 + shape(x); });
     field.hold(vertices_where(mesh, [&](const Eigen::Vector3d& x) {
@@ -183,7 +181,7 @@ TEST_CASE("heat conduction: a manufactured solution is met to second order", "[v
       const double middle = (i + 0.5) * time / n;
       sources.clear();
       for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        const double power = field.capacity(v) * rate * (3 * kPi * kPi - 1) *
+        const double power = field.capacity(v) * rate * (3 * pi * pi - 1) *
                              std::exp(-rate * middle) * shape(mesh.positions()[v]);
         sources.push_back({v, std::max(power, 0.0)});
       }
@@ -203,9 +201,8 @@ TEST_CASE("heat conduction: theta 1 is of first order in time, 1/2 of second", "
   const double time = 0.1 * kLength * kLength / diffusivity(kLiver);
   const auto solve = [&](double theta, int steps) {
     HeatField field(bar, kLiver, dry_model(theta), {.active_rise = 0, .tolerance = 1e-13});
-    set_profile(field, all_of(bar), [&](const Eigen::Vector3d& x) {
-      return 47 + 10 * std::cos(kPi * x.x() / kLength);
-    });
+    set_profile(field, all_of(bar),
+                [&](const Eigen::Vector3d& x) { return 47 + 10 * std::cos(pi * x.x() / kLength); });
     for (int i = 0; i < steps; ++i) {
       field.step(time / steps, {});
     }
@@ -322,7 +319,7 @@ TEST_CASE("heat conduction: a body that is moved and turned conducts the same", 
 TEST_CASE("heat conduction: heat from a sphere falls off with its distance", "[validation]") {
   constexpr double kInner = 1e-3, kOuter = 4e-3, kPower = 0.2;
   const auto exact = [&](double r) {
-    return 37 + kPower / (4 * kPi * kLiver.conductivity) * (1 / r - 1 / kOuter);
+    return 37 + kPower / (4 * pi * kLiver.conductivity) * (1 / r - 1 / kOuter);
   };
   std::vector<double> errors, resistance_errors;
   for (const Index n : {8, 16}) {

@@ -13,6 +13,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/conduction_problems.h"
 #include "tests/support/heat_meshes.h"
+#include "tests/support/heat_tissues.h"
 
 namespace pbdsurg {
 namespace {
@@ -22,6 +23,7 @@ using testing::Approx;
 using testing::dry_model;
 using testing::is_face;
 using testing::kExact;
+using testing::kLiver;
 using testing::largest_error;
 using testing::make_box;
 using testing::make_jittered_box;
@@ -29,7 +31,6 @@ using testing::set_profile;
 using testing::settle;
 using testing::vertices_where;
 
-const ThermalProperties& kLiver = tissues::liver().heat;
 const ThermalProperties& kBlood = tissues::blood().heat;
 
 }  // namespace

@@ -11,11 +11,11 @@
 #include "pbdsurg/base/random.h"
 #include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/heat/potential_field.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/heat_blocks.h"
 #include "tests/support/heat_meshes.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/scenes.h"
 
 namespace pbdsurg {
@@ -24,13 +24,12 @@ namespace {
 using testing::Approx;
 using testing::Blocks;
 using testing::ContainsSubstring;
+using testing::kLiver;
 using testing::ledger_error;
 using testing::make_box;
 using testing::make_jittered_box;
 using testing::same_state;
 using testing::sensible_heat;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
 
 // What edits make of a block, in the numbering of a scene in which the block is not first and
 // others get new vertices and tetrahedra, too.

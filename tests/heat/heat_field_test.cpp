@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "pbdsurg/base/error.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/heat_blocks.h"
 #include "tests/support/heat_meshes.h"
+#include "tests/support/heat_tissues.h"
 
 namespace pbdsurg {
 namespace {
@@ -21,15 +21,14 @@ namespace {
 using testing::Approx;
 using testing::Blocks;
 using testing::ContainsSubstring;
+using testing::kFat;
+using testing::kLiver;
 using testing::ledger_error;
 using testing::make_box;
 using testing::same;
 using testing::same_ledger;
 using testing::same_state;
 using testing::sensible_heat;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
 
 }  // namespace
 

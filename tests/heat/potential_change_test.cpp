@@ -18,10 +18,9 @@ namespace {
 
 using testing::Approx;
 using testing::area_of;
+using testing::kTouchedEdge;
+using testing::kTouchedSigma;
 using testing::TouchedBlock;
-
-constexpr double kSigma = TouchedBlock::kSigma;
-constexpr double kEdge = TouchedBlock::kEdge;
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   return std::inner_product(
@@ -39,7 +38,7 @@ bool is_quiet(const PotentialField& field) {
 // Would catch a solution for nothing new, and one that is not found when it is due.
 TEST_CASE("potential: it solves again only for what is new", "[unit]") {
   TouchedBlock block({10, 10, 6});
-  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  block.field.set_patch(block.disk(block.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   CHECK(block.solve().is_new);
   const double before = block.field.report().conductance;
   const int iterations = block.field.report().iterations;
@@ -57,16 +56,16 @@ TEST_CASE("potential: it solves again only for what is new", "[unit]") {
   block.remove({near});
   CHECK(block.solve().is_new);
   CHECK(block.field.report().conductance < before);
-  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  block.field.set_patch(block.disk(block.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   CHECK_FALSE(block.solve().is_new);
-  block.field.set_patch(block.disk(block.centre, 0.1 * kEdge), area_of(kEdge));
+  block.field.set_patch(block.disk(block.centre, 0.1 * kTouchedEdge), area_of(kTouchedEdge));
   CHECK(block.solve().is_new);
 }
 
 // Would catch tissue that has gone and still conducts, where conductivities may change by as much.
 TEST_CASE("potential: what goes is due however much conductivities may change", "[unit]") {
   TouchedBlock block({10, 10, 6}, 0, {.conductivity_change = 2});
-  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  block.field.set_patch(block.disk(block.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   const double before = block.solve().conductance;
   const Index near = block.field.elements()[0];
   block.conductivities[near] *= 2.9;
@@ -76,7 +75,7 @@ TEST_CASE("potential: what goes is due however much conductivities may change", 
   const double without = block.field.report().conductance;
   CHECK(without < before);
   CHECK_FALSE(block.solve().is_new);
-  block.conductivities[near] = kSigma;
+  block.conductivities[near] = kTouchedSigma;
   CHECK(block.solve().is_new);
   CHECK(block.field.report().conductance == Approx(before).epsilon(1e-3));
 }
@@ -87,25 +86,27 @@ TEST_CASE("potential: a contact that moves and burns is solved as if afresh", "[
   const PotentialOptions tight{.tolerance = 1e-10, .most_iterations = 1000};
   TouchedBlock moving({14, 12, 7}, 0.1, tight);
   for (int frame = 0; frame < 8; ++frame) {
-    const Eigen::Vector3d at = moving.centre + Eigen::Vector3d(0.6 * frame * kEdge, 0, 0);
-    const std::vector<PatchVertex> patch = moving.disk(at, 1.2 * kEdge);
-    moving.field.set_patch(patch, area_of(kEdge));
-    for (const Index t :
-         moving.tets_where([&](const Eigen::Vector3d& x) { return (x - at).norm() < kEdge; })) {
+    const Eigen::Vector3d at = moving.centre + Eigen::Vector3d(0.6 * frame * kTouchedEdge, 0, 0);
+    const std::vector<PatchVertex> patch = moving.disk(at, 1.2 * kTouchedEdge);
+    moving.field.set_patch(patch, area_of(kTouchedEdge));
+    for (const Index t : moving.tets_where(
+             [&](const Eigen::Vector3d& x) { return (x - at).norm() < kTouchedEdge; })) {
       moving.conductivities[t] *= 0.6;
     }
     if (frame == 5) {
-      moving.remove(moving.tets_where(
-          [&](const Eigen::Vector3d& x) { return (x - moving.centre).norm() < 1.2 * kEdge; }));
+      moving.remove(moving.tets_where([&](const Eigen::Vector3d& x) {
+        return (x - moving.centre).norm() < 1.2 * kTouchedEdge;
+      }));
     }
     moving.solve();
     TouchedBlock fresh({14, 12, 7}, 0.1, tight);
     if (frame >= 5) {
-      fresh.remove(fresh.tets_where(
-          [&](const Eigen::Vector3d& x) { return (x - fresh.centre).norm() < 1.2 * kEdge; }));
+      fresh.remove(fresh.tets_where([&](const Eigen::Vector3d& x) {
+        return (x - fresh.centre).norm() < 1.2 * kTouchedEdge;
+      }));
     }
     fresh.conductivities = moving.conductivities;
-    fresh.field.set_patch(patch, area_of(kEdge));
+    fresh.field.set_patch(patch, area_of(kTouchedEdge));
     fresh.solve();
     // a region that is kept is one ball, the fresh one another
     if (moving.field.report().vertex_count == fresh.field.report().vertex_count) {
@@ -129,11 +130,11 @@ TEST_CASE("potential: a region that tissue goes from is what a search would find
   const auto prepare = [&](TouchedBlock& block) {
     std::vector<Index> ground;
     for (const PatchVertex& v : testing::patch_where(
-             block.mesh, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; })) {
+             block.mesh, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kTouchedEdge; })) {
       ground.push_back(v.vertex);
     }
     block.field.set_ground(ground);
-    block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+    block.field.set_patch(block.disk(block.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   };
   prepare(burnt);
   burnt.solve();
@@ -153,7 +154,7 @@ TEST_CASE("potential: a region that tissue goes from is what a search would find
     some.erase(std::unique(some.begin(), some.end()), some.end());
     if (i % 4 == 3 && i < 40) {
       for (const Index t : some) {
-        burnt.conductivities[t] = i % 8 == 3 ? 0 : kSigma;
+        burnt.conductivities[t] = i % 8 == 3 ? 0 : kTouchedSigma;
       }
     } else {
       burnt.remove(some);
@@ -193,15 +194,16 @@ TEST_CASE("potential: a cut of any thickness opens the circuit", "[unit]") {
   const int thickness = GENERATE(1, 2, 3);
   const bool is_one_edit = GENERATE(true, false);
   testing::Conductor bar(
-      testing::make_box({12, 3, 3}, kEdge), [](const auto& x) { return x.x() < 0.1 * kEdge; },
-      [](const auto& x) { return x.x() > 11.9 * kEdge; }, kSigma);
+      testing::make_box({12, 3, 3}, kTouchedEdge),
+      [](const auto& x) { return x.x() < 0.1 * kTouchedEdge; },
+      [](const auto& x) { return x.x() > 11.9 * kTouchedEdge; }, kTouchedSigma);
   REQUIRE(bar.solve().is_closed);
   const auto cell = [&](Index t) {
     double middle = 0;
     for (const Index v : bar.mesh.tets()[t]) {
       middle += bar.mesh.rest_positions()[v].x() / 4;
     }
-    return static_cast<int>(middle / kEdge);
+    return static_cast<int>(middle / kTouchedEdge);
   };
   std::vector<std::vector<Index>> edits(1);
   for (Index t = 0; t < bar.mesh.tet_count(); ++t) {
@@ -221,27 +223,27 @@ TEST_CASE("potential: a cut of any thickness opens the circuit", "[unit]") {
 // Current has no way: nothing may be heated, and nothing be other than finite.
 TEST_CASE("potential: without a way for current there is no heat", "[unit]") {
   TouchedBlock block({14, 14, 8});
-  const std::vector<PatchVertex> patch = block.disk(block.centre, 1.1 * kEdge);
+  const std::vector<PatchVertex> patch = block.disk(block.centre, 1.1 * kTouchedEdge);
   const auto near = [&](const Eigen::Vector3d& x) { return (x - block.centre).norm(); };
 
   SECTION("no patch at all, before and after a contact") {
     CHECK_FALSE(block.solve().is_closed);
-    block.field.set_patch(patch, area_of(kEdge));
+    block.field.set_patch(patch, area_of(kTouchedEdge));
     CHECK(block.solve().is_closed);
     block.field.set_patch({}, 0);
     CHECK_FALSE(block.solve().is_closed);
   }
   SECTION("the tissue at the patch goes") {
-    block.field.set_patch(patch, area_of(kEdge));
+    block.field.set_patch(patch, area_of(kTouchedEdge));
     block.solve();
-    block.remove(block.tets_where([&](const auto& x) { return near(x) < 2.5 * kEdge; }));
+    block.remove(block.tets_where([&](const auto& x) { return near(x) < 2.5 * kTouchedEdge; }));
     CHECK(block.solve().lost_count == static_cast<Index>(patch.size()));
   }
   SECTION("the patch is on an island") {
-    block.field.set_patch(patch, area_of(kEdge));
+    block.field.set_patch(patch, area_of(kTouchedEdge));
     block.solve();
     block.remove(block.tets_where(
-        [&](const auto& x) { return near(x) > 2 * kEdge && near(x) < 4.8 * kEdge; }));
+        [&](const auto& x) { return near(x) > 2 * kTouchedEdge && near(x) < 4.8 * kTouchedEdge; }));
     CHECK_FALSE(block.solve().is_closed);
     CHECK_FALSE(block.field.vertices().empty());
     for (const double u : block.field.potentials()) {
@@ -249,16 +251,17 @@ TEST_CASE("potential: without a way for current there is no heat", "[unit]") {
     }
   }
   SECTION("all is dry") {
-    block.field.set_patch(patch, area_of(kEdge));
+    block.field.set_patch(patch, area_of(kTouchedEdge));
     block.solve();
     block.conductivities.assign(block.conductivities.size(), 0.0);
     block.solve();
   }
   SECTION("a shell around the patch does not conduct") {
-    block.field.set_patch(patch, area_of(kEdge));
+    block.field.set_patch(patch, area_of(kTouchedEdge));
     block.solve();
-    for (const Index t : block.tets_where(
-             [&](const auto& x) { return near(x) > 2 * kEdge && near(x) < 4.8 * kEdge; })) {
+    for (const Index t : block.tets_where([&](const auto& x) {
+           return near(x) > 2 * kTouchedEdge && near(x) < 4.8 * kTouchedEdge;
+         })) {
       block.conductivities[t] = 0;
     }
     CHECK_FALSE(block.solve().is_closed);
@@ -267,27 +270,27 @@ TEST_CASE("potential: without a way for current there is no heat", "[unit]") {
 
   // and it conducts once more when it may
   TouchedBlock whole({8, 8, 6});
-  whole.field.set_patch(whole.disk(whole.centre, 1.1 * kEdge), area_of(kEdge));
+  whole.field.set_patch(whole.disk(whole.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   whole.conductivities.assign(whole.conductivities.size(), 0.0);
   CHECK_FALSE(whole.solve().is_closed);
-  whole.conductivities.assign(whole.conductivities.size(), kSigma);
+  whole.conductivities.assign(whole.conductivities.size(), kTouchedSigma);
   CHECK(whole.solve().is_closed);
 }
 
 // Islands that the patch does not touch have no potential; would catch them in a singular system.
 TEST_CASE("potential: an island beside the contact has no part in it", "[unit]") {
   TouchedBlock block({16, 14, 8});
-  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  block.field.set_patch(block.disk(block.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   const auto from_island = [&](const Eigen::Vector3d& x) {
-    return (x - block.centre - Eigen::Vector3d(5 * kEdge, 0, 0)).norm();
+    return (x - block.centre - Eigen::Vector3d(5 * kTouchedEdge, 0, 0)).norm();
   };
   block.remove(block.tets_where([&](const Eigen::Vector3d& x) {
-    return from_island(x) > kEdge && from_island(x) < 3.7 * kEdge;
+    return from_island(x) > kTouchedEdge && from_island(x) < 3.7 * kTouchedEdge;
   }));
   CHECK(block.solve().is_closed);
   CHECK(block.field.report().has_converged);
   for (const Index v : block.field.vertices()) {
-    CHECK(from_island(block.mesh.rest_positions()[v]) > 2.3 * kEdge);
+    CHECK(from_island(block.mesh.rest_positions()[v]) > 2.3 * kTouchedEdge);
   }
 }
 

@@ -25,10 +25,9 @@ using std::numbers::pi;
 using testing::Approx;
 using testing::area_of;
 using testing::ContainsSubstring;
+using testing::kTouchedEdge;
+using testing::kTouchedSigma;
 using testing::TouchedBlock;
-
-constexpr double kSigma = TouchedBlock::kSigma;
-constexpr double kEdge = TouchedBlock::kEdge;
 
 }  // namespace
 
@@ -37,12 +36,12 @@ constexpr double kEdge = TouchedBlock::kEdge;
 // region of a wrong size and ground in a wrong place.
 TEST_CASE("potential: a contact on a block has nearly a disk's resistance", "[unit]") {
   TouchedBlock block({44, 44, 22});
-  const double radius = 2 * kEdge;
+  const double radius = 2 * kTouchedEdge;
   block.field.set_patch(block.disk(block.centre, 1.001 * radius), area_of(radius));
   const PotentialReport& report = block.solve();
   CHECK(report.has_converged);
   CHECK(report.is_closed);
-  const double exact = 2 * pi * kSigma * radius / std::atan(10.0);
+  const double exact = 2 * pi * kTouchedSigma * radius / std::atan(10.0);
   CHECK(report.conductance == Approx(exact).epsilon(0.08));
   CHECK(report.vertex_count < block.mesh.vertex_count() / 2);
 }
@@ -53,12 +52,12 @@ TEST_CASE("potential: one vertex, touched in part, is a smaller disk", "[unit]")
   for (const double weight : {1.0, 0.5, 0.25, 0.05}) {
     TouchedBlock block({16, 16, 8});
     Index vertex = kInvalidIndex;
-    for (const PatchVertex& found : block.disk(block.centre, 0.1 * kEdge)) {
+    for (const PatchVertex& found : block.disk(block.centre, 0.1 * kTouchedEdge)) {
       vertex = found.vertex;
     }
-    const double radius = 0.5 * kEdge * std::sqrt(weight);
+    const double radius = 0.5 * kTouchedEdge * std::sqrt(weight);
     block.field.set_patch(std::vector<PatchVertex>{{vertex, weight}}, area_of(radius));
-    CHECK(block.solve().conductance == Approx(4 * kSigma * radius).epsilon(0.2));
+    CHECK(block.solve().conductance == Approx(4 * kTouchedSigma * radius).epsilon(0.2));
     CHECK(testing::sum(block.field.vertex_heat()) ==
           Approx(block.field.report().conductance).epsilon(1e-12));
     CHECK(testing::sum(block.field.element_heat()) <=
@@ -70,11 +69,11 @@ TEST_CASE("potential: one vertex, touched in part, is a smaller disk", "[unit]")
 TEST_CASE("potential: a vertex that is touched but for a trifle is touched whole", "[unit]") {
   const auto conductance = [](double weight) {
     TouchedBlock block({16, 14, 8}, 0.1);
-    std::vector<PatchVertex> patch = block.disk(block.centre, 1.1 * kEdge);
+    std::vector<PatchVertex> patch = block.disk(block.centre, 1.1 * kTouchedEdge);
     for (PatchVertex& touched : patch) {
       touched.weight = weight;
     }
-    block.field.set_patch(patch, area_of(kEdge));
+    block.field.set_patch(patch, area_of(kTouchedEdge));
     return block.solve().conductance;
   };
   CHECK(conductance(1 - 1e-9) == Approx(conductance(1)).epsilon(1e-9));
@@ -87,7 +86,7 @@ TEST_CASE("potential: stopped early, heat still sums to what is reported", "[uni
   TouchedBlock exact({14, 14, 8});
   TouchedBlock hurried({14, 14, 8}, 0, {.tolerance = 1e-9, .most_iterations = 3});
   for (TouchedBlock* block : {&exact, &hurried}) {
-    block->field.set_patch(block->disk(block->centre, 1.1 * kEdge), area_of(kEdge));
+    block->field.set_patch(block->disk(block->centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
     block->solve();
   }
   CHECK_FALSE(hurried.field.report().has_converged);
@@ -105,10 +104,10 @@ TEST_CASE("potential: stopped early, heat still sums to what is reported", "[uni
 // A bar stretched to twice its length has half the conductance; turned, it has the same, and so has
 // its mirror image; flat, it has no cross-section.
 TEST_CASE("potential: the current shape of tissue counts when it is given", "[unit]") {
-  const TetMesh bar = testing::make_box({6, 2, 2}, kEdge);
+  const TetMesh bar = testing::make_box({6, 2, 2}, kTouchedEdge);
   testing::Conductor at(
-      bar, [](const auto& x) { return x.x() < 0.1 * kEdge; },
-      [](const auto& x) { return x.x() > 5.9 * kEdge; }, kSigma);
+      bar, [](const auto& x) { return x.x() < 0.1 * kTouchedEdge; },
+      [](const auto& x) { return x.x() > 5.9 * kTouchedEdge; }, kTouchedSigma);
   const double rest = at.solve().conductance;
   const auto solve_mapped = [&](const Eigen::Matrix3f& map) {
     std::vector<Eigen::Vector3f> positions;
@@ -129,23 +128,24 @@ TEST_CASE("potential: the current shape of tissue counts when it is given", "[un
 // A vertex drawn almost into the opposite face of a tetrahedron under the contact. Would catch
 // coefficients that are not finite, and a solution that slivers spoil.
 TEST_CASE("potential: slivers under the contact leave it finite", "[unit]") {
-  const TetMesh regular = testing::make_box({10, 10, 6}, kEdge);
+  const TetMesh regular = testing::make_box({10, 10, 6}, kTouchedEdge);
   std::vector<Eigen::Vector3d> points(regular.positions().begin(), regular.positions().end());
   const Index moved = 5 + 11 * (5 + 11 * 5);  // one cell below the middle of the upper face
   const Eigen::Vector3d start = points[moved];
-  points[moved] = start + (1 - 1e-7) * kEdge * Eigen::Vector3d(0, 0, 1);
+  points[moved] = start + (1 - 1e-7) * kTouchedEdge * Eigen::Vector3d(0, 0, 1);
   const ThermalMesh mesh(TetMesh(points, {regular.tets().begin(), regular.tets().end()}),
                          tissues::liver().heat);
   PotentialField field(mesh);
-  field.set_patch(
-      testing::patch_where(
-          mesh, [&](const Eigen::Vector3d& x) { return (x - points[moved]).norm() < 1.1 * kEdge; }),
-      area_of(kEdge));
-  const std::vector<double> conductivities(regular.tets().size(), kSigma);
+  field.set_patch(testing::patch_where(mesh,
+                                       [&](const Eigen::Vector3d& x) {
+                                         return (x - points[moved]).norm() < 1.1 * kTouchedEdge;
+                                       }),
+                  area_of(kTouchedEdge));
+  const std::vector<double> conductivities(regular.tets().size(), kTouchedSigma);
   const PotentialReport& report = field.solve(conductivities);
   CHECK(report.has_converged);
   const double rest = report.conductance;
-  CHECK(rest == Approx(4 * kSigma * 1.25 * kEdge).epsilon(0.3));
+  CHECK(rest == Approx(4 * kTouchedSigma * 1.25 * kTouchedEdge).epsilon(0.3));
   CHECK(testing::sum(field.vertex_heat()) == Approx(rest).epsilon(1e-12));
 
   // given as positions, too; and where the mesh is a point, there is no current
@@ -163,7 +163,7 @@ TEST_CASE("potential: slivers under the contact leave it finite", "[unit]") {
 // Would catch a message that names nothing, and a half-done change.
 TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
   TouchedBlock block({8, 8, 6});
-  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  block.field.set_patch(block.disk(block.centre, 1.1 * kTouchedEdge), area_of(kTouchedEdge));
   block.solve();
   const double before = block.field.report().conductance;
   const std::vector<double> heat(block.field.vertex_heat().begin(),
@@ -186,7 +186,7 @@ TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
     block.conductivities[tet] = bad;
     CHECK_THROWS_WITH(block.solve(), ContainsSubstring("tet " + std::to_string(tet) + " "));
   }
-  block.conductivities[tet] = kSigma;
+  block.conductivities[tet] = kTouchedSigma;
   std::vector<Eigen::Vector3f> positions(block.mesh.rest_positions().size(),
                                          Eigen::Vector3f::Zero());
   positions[block.field.vertices()[2]].y() = std::numeric_limits<float>::infinity();
@@ -210,8 +210,8 @@ TEST_CASE("potential: any number of threads gives the same bits", "[unit]") {
     TouchedBlock block({26, 26, 13}, 0.1, {.executor = executor::threads(threads)});
     std::vector<double> all;
     for (int frame = 0; frame < 3; ++frame) {
-      const Eigen::Vector3d at = block.centre + Eigen::Vector3d(0.7 * frame * kEdge, 0, 0);
-      block.field.set_patch(block.disk(at, 1.3 * kEdge), area_of(1.2 * kEdge));
+      const Eigen::Vector3d at = block.centre + Eigen::Vector3d(0.7 * frame * kTouchedEdge, 0, 0);
+      block.field.set_patch(block.disk(at, 1.3 * kTouchedEdge), area_of(1.2 * kTouchedEdge));
       CHECK(block.solve().has_converged);
       CHECK(block.field.report().vertex_count * block.field.report().iterations >
             kVisitsWorthThreads);

@@ -8,9 +8,9 @@
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {
@@ -18,10 +18,9 @@ namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::kFat;
+using testing::kLiver;
 using testing::make_box;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
 
 // A third of each boundary triangle to each corner.
 std::vector<double> surface_shares(Index vertex_count, std::span<const Eigen::Vector3d> x,

@@ -9,13 +9,14 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/heat_tissues.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kLiver;
 
-const ThermalProperties& kLiver = tissues::liver().heat;
 const ThermalProperties& kMembrane = tissues::membrane().heat;
 
 constexpr DamageKinetics kSets[] = {kLiverCoagulation, kFatDamage, kCollagenDenaturation,

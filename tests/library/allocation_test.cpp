@@ -27,8 +27,8 @@ namespace {
 
 using testing::allocation_count;
 using testing::allocation_limit;
+using testing::kSoftEdge;
 
-constexpr double kEdge = 4e-3;      // m
 constexpr float kTimeStep = 5e-3F;  // s
 
 }  // namespace
@@ -61,10 +61,10 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   const CoarseCorrection coarse_correction =
       method == SolverMethod::vertex_block ? GENERATE(CoarseCorrection::off, CoarseCorrection::on)
                                            : CoarseCorrection::off;
-  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   const Index copies = GENERATE(1, 3);
   Solver solver(scene, testing::small_steps({.method = method,
                                              .iterations = 2,
@@ -97,7 +97,7 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
 TEST_CASE("contact: patches and packets allocate nothing once all slots of a mailbox were filled",
           "[validation]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({8, 6, 5}, kEdge, 0.1));
+  scene.add_body("block", testing::make_box({8, 6, 5}, kSoftEdge, 0.1));
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
@@ -134,7 +134,7 @@ TEST_CASE("contact: patches and packets allocate nothing once all slots of a mai
 TEST_CASE("solver: the step after a grasp, and after a compaction, allocates nothing",
           "[validation]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   Solver solver(scene, testing::small_steps({.method = method, .executor = executor::serial()}));
@@ -178,7 +178,7 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
           "[validation]") {
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
-  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   Solver solver(scene,
@@ -221,7 +221,7 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
 TEST_CASE("solver: a blade's edits within the spare room allocate nothing after the first pass",
           "[validation]") {
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
-  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kSoftEdge, 0.1);
   Material limited = elastic_material(mesh, 1000, 20e3);
   limited.max_stretch = 1.2F;
   Scene scene;
@@ -240,9 +240,9 @@ TEST_CASE("solver: a blade's edits within the spare room allocate nothing after 
   for (int pass = 0; pass < kPasses; ++pass) {
     CutFront front;
     for (int frame = 0; frame < kFrames; ++frame) {
-      const float z = kEdge * (0.6F + 1.1F * static_cast<float>(pass));
+      const float z = kSoftEdge * (0.6F + 1.1F * static_cast<float>(pass));
       const auto blade_at = [&](int at) {
-        const float x = kEdge * (-1 + 10 * static_cast<float>(at) / kFrames);
+        const float x = kSoftEdge * (-1 + 10 * static_cast<float>(at) / kFrames);
         return BladeEdge{{x, -1, z}, {x, 1, z}};
       };
       const CutSurface way = sweep_blade(std::array{blade_at(frame), blade_at(frame + 1)});
@@ -265,7 +265,7 @@ TEST_CASE("solver: a blade's edits within the spare room allocate nothing after 
 TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the spare room",
           "[validation]") {
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
-  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   Solver solver(scene,
@@ -274,7 +274,7 @@ TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the 
                                       .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}}));
   constexpr int kCuts = 10;
   for (int cut = 0; cut < kCuts; ++cut) {
-    const float z = kEdge * (0.4F + 0.37F * static_cast<float>(cut));
+    const float z = kSoftEdge * (0.4F + 0.37F * static_cast<float>(cut));
     const auto blade_at = [&](float x) { return BladeEdge{{x, -1, z}, {x, 1, z}}; };
     const CutPlan plan = plan_cut(solver, sweep_blade(std::array{blade_at(-1), blade_at(1)}));
     REQUIRE(plan.edit.new_tets.size() > 100);

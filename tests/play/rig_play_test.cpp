@@ -14,14 +14,14 @@
 #include "apps/cholecystectomy/play/simulation_thread.h"
 #include "apps/rig/rig.h"
 #include "tests/support/catch.h"
+#include "tests/support/eventually.h"
 
 namespace cholecystectomy {
 namespace {
 
+using pbdsurg::testing::kPatience;
 using rig::kSides;
 using rig::Side;
-
-constexpr double kPatience = 300;  // s; sanitizers are slow
 
 struct PlayedRig {
   explicit PlayedRig(const rig::RigDescription& rig_description = rig::read_rig("emulator"))

@@ -7,14 +7,14 @@
 
 #include "apps/cholecystectomy/play/hand.h"
 #include "tests/support/catch.h"
+#include "tests/support/eventually.h"
 
 namespace cholecystectomy {
 
 using pbdsurg::testing::ContainsSubstring;
+using pbdsurg::testing::kPatience;
 
 namespace {
-
-constexpr double kPatience = 300;  // s; sanitizers are slow
 
 struct Threaded {
   explicit Threaded(SimulationThread::Options options)

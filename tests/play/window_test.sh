@@ -8,7 +8,7 @@
 #             a pedal is down, which ends the current, makes its window anew; screenshots show it, and it
 #             closes clean
 #   rig       emulated arms grasp and burn, one of them is unplugged; the operation goes on until a signal
-#   memory    shows MANY pictures; memory does not grow
+#   memory    shows MANY pictures, else 1000; memory does not grow
 #   refusals  no display, settings that cannot be read, an executor or a sound card that there is not: one
 #             sentence each
 #
@@ -18,7 +18,7 @@ set -euo pipefail
 program=$1
 folder=$2
 case=$3
-MANY=${MANY:-3000}
+MANY=${MANY:-1000}
 rm -rf "$folder"
 mkdir -p "$folder"
 export XDG_CONFIG_HOME="$folder/config" ALSOFT_DRIVERS=null

@@ -27,7 +27,7 @@ struct Way {
 };
 
 Material soft_tissue() {
-  return elastic_material(make_box({6, 6, 2}, kEdge), 1000, 20e3);
+  return elastic_material(make_box({6, 6, 2}, kSlabEdge), 1000, 20e3);
 }
 
 Way make_way(const char* name, PlanComposition composition) {
@@ -83,7 +83,7 @@ TopologyEdit random_removal(const Solver& solver, Index round) {
 
 TopologyEdit with_guest(Index round) {
   Scene guest;
-  guest.add_body("guest " + std::to_string(round), make_box({2, 2, 2}, kEdge), soft_tissue());
+  guest.add_body("guest " + std::to_string(round), make_box({2, 2, 2}, kSlabEdge), soft_tissue());
   return {.new_bodies = guest};
 }
 
@@ -145,13 +145,13 @@ void run_cuts(const Way& way, const Executor& executor, Record& record) {
       driver.edit(
           {.remove_bodies = {static_cast<Index>(driver.solver().tissue().bodies().size()) - 1}});
     }
-    driver.step(kTimeStep);
+    driver.step(kSlabTimeStep);
     if (round % 4 == 3) {
       driver.look(record, round + 1);
       driver.compact();
     }
   }
-  driver.step(kTimeStep);
+  driver.step(kSlabTimeStep);
   driver.look(record, 13);
 }
 
@@ -167,7 +167,7 @@ void run_blade(const Way& way, CutStyle style, const Executor& executor, Record&
       *end += Eigen::Vector3f(0.9e-3F, 1e-4F * static_cast<float>(round % 3), -1e-4F);
     }
     driver.cut(sweep_blade(std::array{before, now}), style);
-    driver.step(kTimeStep);
+    driver.step(kSlabTimeStep);
     before = now;
     if (round % 6 == 5) {
       driver.look(record, round + 1);
@@ -202,21 +202,21 @@ void run_burns(const Way& way, double power, const Executor& executor, Record& r
       driver.cut(random_cut(4, round), CutStyle::through_tets);
     }
     driver.burn(electrode, std::nullopt, 50e-3);
-    driver.step(kTimeStep);
+    driver.step(kSlabTimeStep);
     if (round % 4 == 3) {
       driver.look(record, round + 1);
       driver.compact();
     }
   }
-  driver.step(kTimeStep);
+  driver.step(kSlabTimeStep);
   driver.look(record, 9);
 }
 
 // A hollow box whose lumen is filled, loses of its wall, is pricked, closed again and compacted.
 void run_lumen(const Way& way, const Executor& executor, Record& record) {
   Scene scene;
-  scene.add_body("box", make_box({5, 5, 5}, kEdge), way.material);
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  scene.add_body("box", make_box({5, 5, 5}, kSlabEdge), way.material);
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kSlabEdge; });
   Driver driver(scene, way.options, executor);
   const auto take = [&](double first, double last) {  // cubes along x, in the middle of the box
     TopologyEdit edit;
@@ -224,7 +224,7 @@ void run_lumen(const Way& way, const Executor& executor, Record& record) {
     for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
       Eigen::Vector3d x = Eigen::Vector3d::Zero();
       for (const Index v : tissue.tets()[t]) {
-        x += tissue.rest_positions()[v] / (4 * kEdge);
+        x += tissue.rest_positions()[v] / (4 * kSlabEdge);
       }
       const bool is_in = x.x() > first && x.x() < last && std::abs(x.y() - 2.5) < 0.5 &&
                          std::abs(x.z() - 2.5) < 0.5;
@@ -236,7 +236,7 @@ void run_lumen(const Way& way, const Executor& executor, Record& record) {
   };
   const auto go_on = [&](int checkpoint) {
     for (int step = 0; step < 3; ++step) {
-      driver.step(kTimeStep);
+      driver.step(kSlabTimeStep);
     }
     driver.look(record, checkpoint);
   };

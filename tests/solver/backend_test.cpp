@@ -22,27 +22,19 @@
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/spring_block.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
 using testing::equal;
+using testing::fake_device_of;
 using testing::FakeDevice;
+using testing::kEventfulEdge;
+using testing::kEventfulTimeStep;
+using testing::make_free_spring_block;
 using testing::Variant;
-
-constexpr double kEdge = testing::kEventfulEdge;
-constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-Scene make_block() {
-  Scene scene;
-  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1), testing::kSprings);
-  return scene;
-}
-
-FakeDevice& device_of(Solver& solver) {
-  return dynamic_cast<FakeDevice&>(*testing::inspect(solver).backend);
-}
 
 }  // namespace
 
@@ -89,8 +81,8 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
       REQUIRE(device.snapshot().falling == serial.snapshot().falling);
       REQUIRE(device.snapshot().roundings == serial.snapshot().roundings);
     }
-    const StepReport expected = serial.step(kTimeStep);
-    device.start_step(kTimeStep);
+    const StepReport expected = serial.step(kEventfulTimeStep);
+    device.start_step(kEventfulTimeStep);
     REQUIRE(equal(device.finish_step(), expected));
     REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
     const auto tool_count = static_cast<Index>(testing::inspect(serial).tools.size());
@@ -109,26 +101,27 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
 
 // Would catch a whole read back for the sake of some vertices, which costs more than the step.
 TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
-  Solver solver(make_block(), testing::small_steps({.executor = testing::fake_device()}));
+  Solver solver(make_free_spring_block(),
+                testing::small_steps({.executor = testing::fake_device()}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   const std::array<Index, 2> vertices{3, 9};
   std::array<Eigen::Vector3f, 2> some;
   solver.watch(vertices);
   solver.read_positions(vertices, some);
   solver.grasp(tool, vertices);
   solver.tissue().apply({.remove_tets = {0}});
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   static_cast<void>(solver.tool_force(tool));
   static_cast<void>(solver.watched_positions());
-  CHECK(device_of(solver).fetch_count == 0);
+  CHECK(fake_device_of(solver).fetch_count == 0);
 
   solver.read_positions(vertices, some);
   const std::vector<Eigen::Vector3f> all = solver.positions();
   CHECK(some == std::array{all[3], all[9]});
   static_cast<void>(solver.velocities());
   static_cast<void>(solver.state_hash());
-  CHECK(device_of(solver).fetch_count == 1);
+  CHECK(fake_device_of(solver).fetch_count == 1);
 }
 
 // Would catch an edit that a running step feels, that waits for it, or whose undo brings vertices
@@ -146,7 +139,7 @@ TEST_CASE("backend: an edit within a step is one after it, and does not wait", "
   Solver within(scene, options);
 
   testing::check_edits_within_steps(within, after, [&](const TopologyEdit& edit) {
-    REQUIRE(device_of(within).is_running() == edit.new_vertices.empty());
+    REQUIRE(fake_device_of(within).is_running() == edit.new_vertices.empty());
   });
 }
 
@@ -170,19 +163,19 @@ TEST_CASE("backend: a compaction stays on its device and has the serial bits", "
     pose.translation() = Eigen::Vector3f(0, 0.016F, 0.006F);
     solver->add_tool({&capsule, 1}, pose, {ContactFeatures::vertices});
     solver->add_tool({}, ToolPose::Identity());
-    solver->step(kTimeStep);
+    solver->step(kEventfulTimeStep);
     solver->grasp(ToolId{1}, std::array{held}, 1e-4F, 1);
     solver->watch(std::array{held, held + 1});
     solver->tissue().apply({.remove_tets = {0, 1, 2, 3, 4, 5}});
     Compaction compaction(*solver);
     std::async(std::launch::async, [&] { compaction.build(); }).get();
-    solver->step(kTimeStep);
+    solver->step(kEventfulTimeStep);
     static_cast<void>(compaction.finish(*solver));
   }
-  CHECK(device_of(device).number == 1);
+  CHECK(fake_device_of(device).number == 1);
   for (int i = 0; i < 4; ++i) {
-    const StepReport report = device.step(kTimeStep);
-    CHECK(report.contacts == serial.step(kTimeStep).contacts);
+    const StepReport report = device.step(kEventfulTimeStep);
+    CHECK(report.contacts == serial.step(kEventfulTimeStep).contacts);
     for (Index copy = 0; copy < 2; ++copy) {
       CHECK(device.state_hash(copy) == serial.state_hash(copy));
       CHECK(std::ranges::equal(device.watched_positions(copy), serial.watched_positions(copy)));
@@ -203,24 +196,25 @@ TEST_CASE("backend: edits are logged for those who need it alone, and until the 
     const Changes& changes = testing::inspect(solver).changes;
     return changes.vertices.size() + changes.constraints.size() + changes.tets.size();
   };
-  Solver serial(make_block(), testing::small_steps({.executor = executor::serial()}));
-  Solver device(make_block(), testing::small_steps({.executor = testing::fake_device()}));
+  Solver serial(make_free_spring_block(), testing::small_steps({.executor = executor::serial()}));
+  Solver device(make_free_spring_block(),
+                testing::small_steps({.executor = testing::fake_device()}));
   for (Solver* solver : {&serial, &device}) {
     solver->tissue().apply({.remove_tets = {0, 5}});
   }
   CHECK(size_of_log(serial) == 0);
   CHECK(size_of_log(device) > 0);
   CHECK(size_of_log(device) < 200);  // of 60 tetrahedra each around two
-  device.step(kTimeStep);
+  device.step(kEventfulTimeStep);
   CHECK_FALSE(testing::inspect(device).changes.any());
 }
 
 TEST_CASE("backend: what it holds counts as memory", "[unit]") {
   SolverOptions options = testing::small_steps(
       {.executor = executor::serial(), .composition = PlanComposition::separate});
-  Solver serial(make_block(), options);
+  Solver serial(make_free_spring_block(), options);
   options.executor = testing::fake_device();
-  const Solver device(make_block(), options);
+  const Solver device(make_free_spring_block(), options);
   const std::size_t scratch = testing::inspect(serial).step_scratch.memory_bytes();
   CHECK(scratch > 0);  // which is of no use to a device
   CHECK(device.memory_bytes() == serial.memory_bytes() - scratch + FakeDevice::kMemory);
@@ -230,7 +224,7 @@ TEST_CASE("solver: a step that is started is finished once", "[unit]") {
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
   const SolverOptions options = testing::small_steps({.substeps = 2, .executor = executor});
-  Solver solver(make_block(), options), other(make_block(), options);
+  Solver solver(make_free_spring_block(), options), other(make_free_spring_block(), options);
   const auto refuses_to_finish = [&] {
     CHECK_THROWS_WITH(solver.finish_step(), ContainsSubstring("no step was started"));
   };
@@ -238,27 +232,27 @@ TEST_CASE("solver: a step that is started is finished once", "[unit]") {
   CHECK_THROWS_AS(solver.start_step(-1), InvalidArgument);
   refuses_to_finish();
 
-  solver.start_step(kTimeStep);
-  CHECK_THROWS_WITH(solver.start_step(kTimeStep), ContainsSubstring("not finished"));
-  CHECK_THROWS_WITH(solver.step(kTimeStep), ContainsSubstring("not finished"));
-  const StepReport expected = other.step(kTimeStep);
+  solver.start_step(kEventfulTimeStep);
+  CHECK_THROWS_WITH(solver.start_step(kEventfulTimeStep), ContainsSubstring("not finished"));
+  CHECK_THROWS_WITH(solver.step(kEventfulTimeStep), ContainsSubstring("not finished"));
+  const StepReport expected = other.step(kEventfulTimeStep);
   CHECK(solver.state_hash() == other.state_hash());  // waits for the step
-  CHECK_THROWS_WITH(solver.start_step(kTimeStep), ContainsSubstring("not finished"));
+  CHECK_THROWS_WITH(solver.start_step(kEventfulTimeStep), ContainsSubstring("not finished"));
   CHECK(equal(solver.finish_step(), expected));
   refuses_to_finish();
 
   // a step goes on in the solver that it was moved to, and may be given up
-  solver.start_step(kTimeStep);
+  solver.start_step(kEventfulTimeStep);
   Solver moved = std::move(solver);
-  other.step(kTimeStep);
+  other.step(kEventfulTimeStep);
   moved.finish_step();
   CHECK(moved.state_hash() == other.state_hash());
-  moved.start_step(kTimeStep);
+  moved.start_step(kEventfulTimeStep);
 }
 
 // Would catch a call that works on the state of before the step, or changes what the step does.
 TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit]") {
-  const Scene scene = make_block();
+  const Scene scene = make_free_spring_block();
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
   const SolverOptions options = testing::small_steps({.substeps = 2, .executor = executor});
@@ -269,7 +263,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
     solver->add_tool({}, ToolPose::Identity());
     solver->grasp(ToolId{1}, std::array<Index, 1>{63});
     solver->watch(std::array<Index, 1>{5});
-    solver->step(kTimeStep);
+    solver->step(kEventfulTimeStep);
     return solver;
   };
   ToolPose away = ToolPose::Identity();
@@ -329,12 +323,12 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
   for (int which = 0; which <= 14; ++which) {
     INFO("call " << which);
     const auto within = make(), after = make();
-    const StepReport expected = after->step(kTimeStep);
+    const StepReport expected = after->step(kEventfulTimeStep);
     const Eigen::Vector3f result = call(*after, which);
-    within->start_step(kTimeStep);
+    within->start_step(kEventfulTimeStep);
     CHECK(call(*within, which) == result);
     CHECK(equal(within->finish_step(), expected));
-    CHECK(equal(within->step(kTimeStep), after->step(kTimeStep)));
+    CHECK(equal(within->step(kEventfulTimeStep), after->step(kEventfulTimeStep)));
     CHECK(within->state_hash() == after->state_hash());
   }
 }
@@ -342,7 +336,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
 TEST_CASE("solver: watched vertices come with every step", "[unit]") {
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
-  Solver solver(make_block(), testing::small_steps({.executor = executor}));
+  Solver solver(make_free_spring_block(), testing::small_steps({.executor = executor}));
   CHECK(solver.watched_positions().empty());
   const std::array<Index, 3> vertices{17, 2, 17};
   const auto check = [&] {
@@ -354,7 +348,7 @@ TEST_CASE("solver: watched vertices come with every step", "[unit]") {
   check();
   const Eigen::Vector3f before = solver.watched_positions()[0];
   for (int i = 0; i < 3; ++i) {
-    solver.step(kTimeStep);
+    solver.step(kEventfulTimeStep);
     check();
   }
   CHECK(solver.watched_positions()[0] != before);
@@ -363,7 +357,7 @@ TEST_CASE("solver: watched vertices come with every step", "[unit]") {
   CHECK_THROWS_WITH(solver.watch(std::array<Index, 1>{-1}), ContainsSubstring("vertex -1"));
   check();
   solver.watch({});
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   CHECK(solver.watched_positions().empty());
 }
 
@@ -404,7 +398,7 @@ TEST_CASE("solver: a device may colour what is built, and never what edits bring
   SolverOptions options =
       testing::small_steps({.method = method, .executor = executor::threads(1)});
   options.coloring.algorithm = ColoringAlgorithm::luby;
-  const TetMesh mesh = testing::make_box({3, 3, 3}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({3, 3, 3}, kEventfulEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 2e4));
   Solver expected(scene, options);
@@ -416,7 +410,7 @@ TEST_CASE("solver: a device may colour what is built, and never what edits bring
   edit.new_bodies.add_body("second", mesh, elastic_material(mesh, 1000, 2e4));
   for (Solver* each : {&solver, &expected}) {
     each->tissue().apply(edit);
-    each->step(kTimeStep);
+    each->step(kEventfulTimeStep);
   }
   CHECK(solver.state_hash() == expected.state_hash());
 }
@@ -442,7 +436,7 @@ TEST_CASE("solver: a device colours what is large, and may refuse to", "[long]")
 // Would catch a device that is left out without a word, and one that ends a program that could go
 // on without.
 TEST_CASE("solver: a device that refuses says why, or another executor works instead", "[unit]") {
-  const Scene scene = make_block();
+  const Scene scene = make_free_spring_block();
   using Names = std::pair<std::string, std::string>;
   const auto name = [&](const SolverOptions& options) -> Names {
     const Solver solver(scene, testing::small_steps(options));

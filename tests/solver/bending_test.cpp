@@ -23,14 +23,14 @@ namespace {
 using testing::ContainsSubstring;
 using testing::inspect;
 
-constexpr double kEdge = 5e-3;      // m, also the thickness
-constexpr float kRigidity = 1e-3F;  // N m; that of the solid is a twentieth
-constexpr float kGravity = 2;       // m/s^2
-constexpr Index kCells = 8;
+constexpr double kStripEdge = 5e-3;  // m, also the thickness
+constexpr float kRigidity = 1e-3F;   // N m; that of the solid is a twentieth
+constexpr float kLowGravity = 2;     // m/s^2
+constexpr Index kStripCells = 8;
 
 // Clamped by its first column of cells.
-Scene make_strip(float rigidity, float damping = 0) {
-  const TetMesh mesh = testing::make_box({kCells, 2, 1}, kEdge);
+Scene make_clamped_strip(float rigidity, float damping = 0) {
+  const TetMesh mesh = testing::make_box({kStripCells, 2, 1}, kStripEdge);
   Scene scene;
   scene.add_body("strip", mesh,
                  {.density = 1000,
@@ -41,8 +41,8 @@ Scene make_strip(float rigidity, float damping = 0) {
   if (rigidity > 0) {
     scene.add_hinges(0, rigidity);
   }
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1.1 * kEdge; });
-  scene.set_gravity({0, 0, -kGravity});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1.1 * kStripEdge; });
+  scene.set_gravity({0, 0, -kLowGravity});
   return scene;
 }
 
@@ -65,7 +65,7 @@ double sag(const Scene& scene, SolverOptions options) {
 }
 
 Scene make_bent_bodies(float damping) {
-  const TetMesh plate = testing::make_box({7, 6, 1}, kEdge, 0.1);
+  const TetMesh plate = testing::make_box({7, 6, 1}, kStripEdge, 0.1);
   Scene scene;
   scene.add_body("plate", plate, {.model = ElasticModel::neo_hookean, .damping = damping});
   Material springs = elastic_material(plate, 1000, 2e4);
@@ -74,8 +74,8 @@ Scene make_bent_bodies(float damping) {
   scene.add_body("net", plate, springs);
   scene.add_hinges(0, 1e-3F);
   scene.add_hinges(1, 1e-4F);
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-  scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kStripEdge; });
+  scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.y() < 0.5 * kStripEdge; });
   return scene;
 }
 
@@ -85,12 +85,13 @@ Scene make_bent_bodies(float damping) {
 TEST_CASE("bending: a hinged strip sags as its faces' rigidity says, by either method",
           "[unit][long]") {
   // the hinges at the clamp turn for half a cell on either side
-  const double length = (kCells - 0.5) * kEdge;
-  const double load = 1000 * kGravity * kEdge;  // Pa
+  const double length = (kStripCells - 0.5) * kStripEdge;
+  const double load = 1000 * kLowGravity * kStripEdge;  // Pa
   const double of_faces = load * std::pow(length, 4) / (8 * 2 * kRigidity);
-  const double projected = sag(make_strip(kRigidity), {.method = SolverMethod::projection});
-  const double by_vertices = sag(make_strip(kRigidity), {.method = SolverMethod::vertex_block});
-  const double of_solid = sag(make_strip(0), {.method = SolverMethod::projection});
+  const double projected = sag(make_clamped_strip(kRigidity), {.method = SolverMethod::projection});
+  const double by_vertices =
+      sag(make_clamped_strip(kRigidity), {.method = SolverMethod::vertex_block});
+  const double of_solid = sag(make_clamped_strip(0), {.method = SolverMethod::projection});
   CAPTURE(of_faces, projected, by_vertices, of_solid);
   CHECK(projected < of_solid / 3);
   CHECK(projected > 0.92 * of_faces);
@@ -140,7 +141,7 @@ TEST_CASE("bending: registers and threads give the serial bits", "[equivalence]"
 // Would catch damping that turns a hinge while all of it turns, or that adds up tangents.
 TEST_CASE("bending: a damped hinge at rest resists no rigid motion", "[unit]") {
   Scene scene;
-  const TetMesh box = testing::make_box({2, 2, 1}, kEdge, 0.1);
+  const TetMesh box = testing::make_box({2, 2, 1}, kStripEdge, 0.1);
   scene.add_body("box", box, {.model = ElasticModel::neo_hookean, .damping = 1});
   scene.add_hinges(0, 1e-2F);
   scene.set_gravity({0, 0, 0});
@@ -170,7 +171,7 @@ TEST_CASE("bending: a damped hinge at rest resists no rigid motion", "[unit]") {
 
 TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[unit]") {
   Scene scene;
-  const TetMesh box = testing::make_box({1, 1, 1}, kEdge);
+  const TetMesh box = testing::make_box({1, 1, 1}, kStripEdge);
   scene.add_body("box", box, testing::kSprings);
   TopologyEdit edit;
   edit.new_bodies.add_body("guest", box, testing::kSprings);
@@ -199,7 +200,7 @@ TEST_CASE("bending: a compaction keeps the hinges that live", "[unit]") {
       make_bent_bodies(1e-3F),
       testing::small_steps({.method = method, .substeps = 4, .executor = executor::serial()}));
   TopologyEdit edit{.remove_tets = {3, 40, 41, 300}};
-  edit.new_bodies.add_body("guest", testing::make_box({2, 2, 1}, kEdge, 0.1),
+  edit.new_bodies.add_body("guest", testing::make_box({2, 2, 1}, kStripEdge, 0.1),
                            {.model = ElasticModel::neo_hookean});
   edit.new_bodies.add_hinges(0, 1e-3F);
   solver.tissue().apply(edit);
@@ -239,7 +240,7 @@ TEST_CASE("bending: a compaction keeps the hinges that live", "[unit]") {
 // Would catch phases, groups or rows that a scene pays for without hinges.
 TEST_CASE("bending: a scene without hinges has nothing of them", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const Solver solver(make_strip(0),
+  const Solver solver(make_clamped_strip(0),
                       testing::small_steps({.method = method, .executor = executor::serial()}));
   const SolverData& data = inspect(solver);
   CHECK(data.sets.of<BendingConstraint>().memory_bytes() == 0);

@@ -13,18 +13,20 @@
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3f;
 using testing::any_integration;
+using testing::any_sweeping_method;
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::kUsualStep;
 using testing::quick_options;
 
-constexpr float kStep = 5e-3F;
-constexpr double kEdge = 5e-3;
+constexpr double kTableEdge = 5e-3;
 constexpr TissueContact kContact{0.5e-3F, 0};
 constexpr Material kSoft{.model = ElasticModel::neo_hookean,
                          .youngs_modulus = 20e3F,
@@ -43,7 +45,7 @@ TetMesh moved(const TetMesh& mesh, const Eigen::Vector3d& by) {
 Scene make_stack(double distance, const Vector3f& gravity = {0, 0, -9.81F}) {
   Scene scene;
   scene.set_gravity(gravity);
-  const BodyId table = scene.add_body("table", testing::make_box({6, 6, 3}, kEdge), kSoft);
+  const BodyId table = scene.add_body("table", testing::make_box({6, 6, 3}, kTableEdge), kSoft);
   std::vector<Index> bottom;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     if (scene.positions()[v].z() < 1e-9) {
@@ -52,7 +54,7 @@ Scene make_stack(double distance, const Vector3f& gravity = {0, 0, -9.81F}) {
   }
   scene.fix_vertices(table, bottom);
   scene.add_body("block",
-                 moved(testing::make_box({5, 5, 2}, 4e-3), {5e-3, 5e-3, 3 * kEdge + distance}),
+                 moved(testing::make_box({5, 5, 2}, 4e-3), {5e-3, 5e-3, 3 * kTableEdge + distance}),
                  kSoft);
   return scene;
 }
@@ -75,14 +77,14 @@ Sums sum_of(const Solver& solver) {
   return sums;
 }
 
-struct Momentum {
+struct TotalMomentum {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // kg m/s
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // kg m^2/s
 };
 
-Momentum momentum_of(const Solver& solver) {
+TotalMomentum total_momentum(const Solver& solver) {
   const std::vector<Vector3f> x = solver.positions(), v = solver.velocities();
-  Momentum sum;
+  TotalMomentum sum;
   for (Index i = 0; i < solver.vertex_count(); ++i) {
     const double m = solver.tissue().masses()[i];
     sum.linear += m * v[i].cast<double>();
@@ -109,10 +111,6 @@ Vector3f mean(const Solver& solver, Index body) {
   return sum / static_cast<float>(vertices.size());
 }
 
-SolverMethod any_method() {
-  return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-}
-
 // One for projections, whose steps take long.
 TimeIntegration integration_of(SolverMethod method) {
   return method == SolverMethod::projection ? TimeIntegration::implicit_euler : any_integration();
@@ -122,7 +120,7 @@ TimeIntegration integration_of(SolverMethod method) {
 
 // Would catch bodies that fall through each other, sink in, or carry another weight.
 TEST_CASE("body contact: a block falls on another and rests there", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
   const float press = GENERATE(0.0F, 1.0F);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration), press);
@@ -130,7 +128,7 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
   solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
   std::vector<Index> top;
   for (const Index v : solver.tissue().vertices_of(1)) {
-    if (solver.tissue().rest_positions()[v].z() > 3 * kEdge + 2e-3 + 2 * 4e-3 - 1e-9) {
+    if (solver.tissue().rest_positions()[v].z() > 3 * kTableEdge + 2e-3 + 2 * 4e-3 - 1e-9) {
       top.push_back(v);
     }
   }
@@ -138,7 +136,7 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
   solver.set_forces(top, forces);
 
   for (int i = 0; i < 240; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
 
   const Sums sums = sum_of(solver);
@@ -152,12 +150,12 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
 
 // Would catch a force on one side alone, weights that do not sum to zero, or a lever.
 TEST_CASE("body contact: two blocks that collide keep their momentum", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Scene scene;
   scene.set_gravity(Vector3f::Zero());
-  scene.add_body("left", testing::make_box({3, 3, 3}, kEdge), kSoft);
+  scene.add_body("left", testing::make_box({3, 3, 3}, kTableEdge), kSoft);
   scene.add_body("right", moved(testing::make_box({3, 3, 3}, 4e-3), {16e-3, 5e-3, 3e-3}), kSoft);
   Solver solver(scene, quick_options(method, integration));
   solver.set_body_contact(0, 1, kContact);
@@ -168,15 +166,15 @@ TEST_CASE("body contact: two blocks that collide keep their momentum", "[validat
     velocities[v] = {kSpeed, 0.005F, 0};
   }
   solver.write_velocities(velocities);
-  const Momentum before = momentum_of(solver);
+  const TotalMomentum before = total_momentum(solver);
   bool has_met = false;
 
   for (int i = 0; i < 240; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     has_met = has_met || sum_of(solver).pushing > 0;
   }
 
-  const Momentum after = momentum_of(solver);
+  const TotalMomentum after = total_momentum(solver);
   const double size = before.linear.norm(), moment = 15e-3 * size;
   const bool has_past = integration == TimeIntegration::bdf2;
   REQUIRE(has_met);
@@ -190,7 +188,7 @@ TEST_CASE("body contact: two blocks that collide keep their momentum", "[validat
 
 // Would catch the rebound that backward differences make of a stop, and a push that adds energy.
 TEST_CASE("body contact: a block that falls on another gains no energy", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
   const bool stands_fast = GENERATE(true, false);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration), stands_fast);
@@ -200,7 +198,7 @@ TEST_CASE("body contact: a block that falls on another gains no energy", "[valid
     scene.fix_where(0, [](const Eigen::Vector3d& /*x*/) { return true; });
   }
   // few sweeps follow the impact on soft tissue that is held in short steps alone
-  const float step = stands_fast ? kStep : 1e-3F;
+  const float step = stands_fast ? kUsualStep : 1e-3F;
   Solver solver(scene, quick_options(method, integration));
   solver.set_body_contact(1, 0, {kContact.thickness, 0.3F});
   const bench::StaticEnergy potential(scene);
@@ -237,7 +235,7 @@ TEST_CASE("body contact: a block that falls on another gains no energy", "[valid
 
 // Would catch contacts whose order, or whose partners, hang on who works.
 TEST_CASE("body contact: the same bits on any number of threads") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   const auto hash_of = [&](const Executor& executor) {
@@ -247,7 +245,7 @@ TEST_CASE("body contact: the same bits on any number of threads") {
     Solver solver(make_stack(0.6e-3), options);
     solver.set_body_contact(0, 1, {kContact.thickness, 0.2F});
     for (int i = 0; i < 8; ++i) {
-      solver.step(kStep);
+      solver.step(kUsualStep);
     }
     REQUIRE(sum_of(solver).pushing > 0);
     return solver.state_hash();
@@ -261,7 +259,7 @@ TEST_CASE("body contact: the same bits on any number of threads") {
 
 // Would catch overlap that is snapped away: bodies would fly apart.
 TEST_CASE("body contact: bodies that overlap from the start part slowly") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Solver solver(make_stack(-0.8e-3, Vector3f::Zero()), quick_options(method, integration));
@@ -270,7 +268,7 @@ TEST_CASE("body contact: bodies that overlap from the start part slowly") {
   float most = 0;
 
   for (int i = 0; i < 100; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     most = std::max(most, fastest(solver));
   }
 
@@ -283,7 +281,7 @@ TEST_CASE("body contact: bodies that overlap from the start part slowly") {
 // Would catch friction that creeps, that does not slide, or that acts on one body alone.
 TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle of friction",
           "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
   constexpr float kFriction = 0.3F;
   const bool sticks = GENERATE(true, false);
@@ -293,20 +291,20 @@ TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle 
                 quick_options(method, integration));
   solver.set_body_contact(0, 1, {kContact.thickness, kFriction});
   for (int i = 0; i < 100; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   solver.set_gravity({9.81F * std::sin(angle), 0, -9.81F * std::cos(angle)});
   for (int i = 0; sticks && i < 100; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   const float before = mean(solver, 1).x();
   const int steps = sticks ? 200 : 20;  // it has 5 mm before it overhangs
 
   for (int i = 0; i < steps; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
 
-  const float time = static_cast<float>(steps) * kStep;
+  const float time = static_cast<float>(steps) * kUsualStep;
   const float way = 9.81F * (std::sin(angle) - kFriction * std::cos(angle)) / 2 * time * time;
   const float moved = mean(solver, 1).x() - before;
   const Sums sums = sum_of(solver);
@@ -322,13 +320,13 @@ TEST_CASE("body contact: a block on a tilted body sticks or slides by the angle 
 
 // Would catch contacts with triangles that are gone, or new ones that throw what they find inside.
 TEST_CASE("body contact: a body that is cut while it lies on another stays there") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = integration_of(method);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Solver solver(make_stack(0.5e-3), quick_options(method, integration));
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 100; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   REQUIRE(sum_of(solver).pushing > 0);
   const std::uint64_t before = solver.state_hash();
@@ -341,7 +339,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
       low = std::min(low, static_cast<float>(x.z()));
       mid += static_cast<float>(x.x()) / 4;
     }
-    if (low < 3 * kEdge + 1e-3 && mid < 11e-3F) {
+    if (low < 3 * kTableEdge + 1e-3 && mid < 11e-3F) {
       edit.remove_tets.push_back(t);
     }
   }
@@ -353,7 +351,7 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   solver.tissue().apply(edit);
   float most = 0;
   for (int i = 0; i < 60; ++i) {
-    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
     most = std::max(most, fastest(solver));
     for (const BodyContact& contact : solver.body_contacts()) {
       for (const Index v : contact.vertices) {
@@ -363,13 +361,13 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   }
   CHECK(most < 0.5F);
   CHECK(sum_of(solver).pushing > 0);
-  CHECK(mean(solver, 1).z() > 3 * kEdge - 1e-3F);
+  CHECK(mean(solver, 1).z() > 3 * kTableEdge - 1e-3F);
 
   // an undo at once leaves no trace
   Solver other(make_stack(0.5e-3), quick_options(method, integration));
   other.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 100; ++i) {
-    other.step(kStep);
+    other.step(kUsualStep);
   }
   REQUIRE(other.state_hash() == before);
   other.tissue().apply(edit);
@@ -378,10 +376,10 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
   Solver untouched(make_stack(0.5e-3), quick_options(method, integration));
   untouched.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 120; ++i) {
-    untouched.step(kStep);
+    untouched.step(kUsualStep);
   }
   for (int i = 0; i < 20; ++i) {
-    other.step(kStep);
+    other.step(kUsualStep);
   }
   CHECK(other.state_hash() == untouched.state_hash());
 }
@@ -389,25 +387,25 @@ TEST_CASE("body contact: a body that is cut while it lies on another stays there
 // Would catch a snapshot or a compaction that leaves out which side a vertex is on, or which force
 // acts; and searches whose results hang on when they were made.
 TEST_CASE("body contact: steps go on after a snapshot as without it") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = integration_of(method);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Solver solver(make_stack(0.5e-3), quick_options(method, integration));
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 17; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   REQUIRE(sum_of(solver).pushing > 0);
   Snapshot snapshot = solver.snapshot();
   CHECK(snapshot.body_contacts.size() == solver.body_contacts().size());
   for (int i = 0; i < 30; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   const std::uint64_t hash = solver.state_hash();
 
   solver.restore(snapshot);
   for (int i = 0; i < 30; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   CHECK(solver.state_hash() == hash);
 
@@ -416,7 +414,7 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
   snapshot.tissue = fresh.tissue().identified_version();
   fresh.restore(snapshot);
   for (int i = 0; i < 30; ++i) {
-    fresh.step(kStep);
+    fresh.step(kUsualStep);
   }
   CHECK(fresh.state_hash() == hash);
 
@@ -425,7 +423,7 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
   compaction.build();
   compaction.finish(solver);
   for (int i = 0; i < 30; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   CHECK(sum_of(solver).pushing > 0);
   CHECK(std::abs(mean(solver, 1).z() - height) < 1e-4F);
@@ -437,14 +435,14 @@ TEST_CASE("body contact: steps go on after a snapshot as without it") {
 
 // Would catch bodies that push what links hold together, and a pop where the last link goes.
 TEST_CASE("body contact: what links join does not meet until they are gone") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = integration_of(method);
   CAPTURE(static_cast<int>(method), static_cast<int>(integration));
   Scene scene = make_stack(0.1e-3, Vector3f::Zero());
   const auto x = [&](Index v) { return scene.positions()[v]; };
   constexpr Index kFirst = 7 * 7 * 4;  // of the block
   for (Index v = kFirst; v < scene.vertex_count(); ++v) {
-    if (x(v).z() > 3 * kEdge + 1e-3) {
+    if (x(v).z() > 3 * kTableEdge + 1e-3) {
       continue;
     }
     Index nearest = 0;
@@ -456,7 +454,7 @@ TEST_CASE("body contact: what links join does not meet until they are gone") {
   Solver solver(scene, {.method = method, .integration = integration});
   solver.set_body_contact(0, 1, kContact);
   for (int i = 0; i < 20; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   CHECK(solver.body_contacts().empty());
   CHECK(fastest(solver) < 1e-5F);
@@ -466,11 +464,11 @@ TEST_CASE("body contact: what links join does not meet until they are gone") {
     edit.remove_links.push_back(l);
   }
   solver.tissue().apply(edit);
-  solver.step(kStep);
+  solver.step(kUsualStep);
   CHECK(sum_of(solver).pushing > 0);
   CHECK(fastest(solver) < 0.05F);
   for (int i = 0; i < 60; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   const Sums sums = sum_of(solver);
   CHECK((sums.pushing == 0 || sums.least > 0.9F * kContact.thickness));
@@ -478,7 +476,7 @@ TEST_CASE("body contact: what links join does not meet until they are gone") {
 
 // Would catch a fold that passes through itself: the arms of a U, bent towards each other.
 TEST_CASE("body contact: a body meets itself if it is to", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const bool meets = GENERATE(true, false);
   CAPTURE(static_cast<int>(method), meets);
   constexpr double kCell = 4e-3;
@@ -522,7 +520,7 @@ TEST_CASE("body contact: a body meets itself if it is to", "[validation]") {
   solver.set_forces(pushed, forces);
 
   for (int i = 0; i < 300; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
 
   const std::vector<Vector3f> x = solver.positions();
@@ -547,7 +545,7 @@ TEST_CASE("body contact: a body meets itself if it is to", "[validation]") {
 // Would catch a sheet that is met from one side alone, and folds that pass through each other: the
 // upper half of a strip falls on the lower one, and a block on both.
 TEST_CASE("body contact: a folded sheet carries a block", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   CAPTURE(static_cast<int>(method));
   constexpr Index kLong = 12, kWide = 4;
   std::vector<Eigen::Vector3d> points;
@@ -579,7 +577,7 @@ TEST_CASE("body contact: a folded sheet carries a block", "[validation]") {
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
 
   for (int i = 0; i < 300; ++i) {
-    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
   }
 
   const std::vector<Vector3f> x = solver.positions();
@@ -602,7 +600,7 @@ TEST_CASE("body contact: a folded sheet carries a block", "[validation]") {
 // vertices as near them, or that bears another weight.
 TEST_CASE("body contact: a block falls into a groove of large triangles that stand fast",
           "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = integration_of(method);
   const float speed = GENERATE(0.0F, 1.0F);  // m/s, downwards, at first
   CAPTURE(static_cast<int>(method), static_cast<int>(integration), speed);
@@ -634,7 +632,7 @@ TEST_CASE("body contact: a block falls into a groove of large triangles that sta
   constexpr int kSteps = 400, kWeighed = 100;
   float least_gap = kInfinity, weight = 0;
   for (int i = 0; i < kSteps; ++i) {
-    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
     const std::vector<Vector3f> x = solver.positions();
     for (const Index v : block) {
       least_gap = std::min(least_gap, (x[v].z() - std::abs(x[v].x())) / std::sqrt(2.0F));
@@ -651,12 +649,12 @@ TEST_CASE("body contact: a block falls into a groove of large triangles that sta
 
 // Would catch surfaces that cannot take a body that comes, and pairs of one that an undo took.
 TEST_CASE("body contact: bodies that come meet those that were there") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   CAPTURE(static_cast<int>(method));
   Solver solver(make_stack(0.5e-3), quick_options(method));
   solver.set_body_contact(0, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 60; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   TopologyEdit edit;
   edit.new_bodies.add_body("third",
@@ -664,14 +662,14 @@ TEST_CASE("body contact: bodies that come meet those that were there") {
 
   solver.tissue().apply(edit);
   solver.set_body_contact(2, 1, {kContact.thickness, 0.3F});
-  solver.step(kStep);
+  solver.step(kUsualStep);
   solver.tissue().undo();
   CHECK_THROWS_WITH(solver.set_body_contact(2, 1, kContact), ContainsSubstring("body 2"));
-  solver.step(kStep);
+  solver.step(kUsualStep);
   solver.tissue().apply(edit);
   solver.set_body_contact(2, 1, {kContact.thickness, 0.3F});
   for (int i = 0; i < 160; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
 
   const float height = mean(solver, 2).z() - mean(solver, 1).z();
@@ -688,7 +686,7 @@ TEST_CASE("body contact: bad input is refused, and nothing is changed") {
   CHECK_THROWS_WITH(solver.set_body_contact(0, 1, {1e-3F, -1}), ContainsSubstring("friction"));
   CHECK_THROWS_AS(solver.clear_body_contact(-1, 0), InvalidArgument);
   for (int i = 0; i < 60; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   CHECK(solver.body_contacts().empty());
 }

@@ -28,12 +28,11 @@ using testing::Approx;
 using testing::ContainsSubstring;
 using testing::farthest;
 using testing::inspect;
+using testing::kSoftEdge;
 using testing::make_bar;
 using testing::neo_hookean;
 using testing::run;
 using testing::vertex_options;
-
-constexpr double kEdge = testing::kSoftEdge;
 
 SolverOptions corrected(int sweeps, float damping = 0) {
   SolverOptions options = vertex_options(1, sweeps, damping);
@@ -63,7 +62,7 @@ Start turned(Start positions, float angle) {
 std::vector<Index> tip_of(const Scene& scene) {
   std::vector<Index> tip;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].x() > 15.5 * kEdge) {
+    if (scene.positions()[v].x() > 15.5 * kSoftEdge) {
       tip.push_back(v);
     }
   }
@@ -103,7 +102,7 @@ TEST_CASE("coarse correction: is exact where its modes are all motions", "[valid
 TEST_CASE("coarse correction: brings few sweeps closer to many", "[property]") {
   const bool springs = GENERATE(false, true);
   const float angle = GENERATE(0.0F, 2.0F);
-  const TetMesh mesh = testing::make_box({24, 4, 4}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({24, 4, 4}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("bar", mesh, springs ? testing::soft_springs(mesh) : neo_hookean(2e4F, 0.45F));
   scene = weightless(scene);
@@ -133,7 +132,7 @@ TEST_CASE("coarse correction: a held bar rests as it does without, with the same
   };
   Solver with = rest(corrected(3, 20)), without = rest(vertex_options(1, 60, 20));
 
-  CHECK(farthest(with, without) < 0.002F * static_cast<float>(kEdge));
+  CHECK(farthest(with, without) < 0.002F * static_cast<float>(kSoftEdge));
   const Eigen::Vector3f force = without.tool_force(ToolId{0});
   REQUIRE(force.norm() > 0.01F);
   CHECK((with.tool_force(ToolId{0}) - force).norm() < 0.01F * force.norm());
@@ -314,7 +313,7 @@ TEST_CASE("coarse correction: takes any scene", "[unit]") {
   } else if (which == "more pieces than nodes") {
     for (int i = 0; i < 60; ++i) {
       std::vector<Eigen::Vector3d> positions;
-      const TetMesh mesh = testing::make_box({1, 1, 1}, kEdge);
+      const TetMesh mesh = testing::make_box({1, 1, 1}, kSoftEdge);
       for (const Eigen::Vector3d& x : mesh.positions()) {
         positions.emplace_back(x + Eigen::Vector3d(0.01 * i, 0, 0));
       }
@@ -353,7 +352,7 @@ TEST_CASE("coarse correction: new vertices move with those that they come of", "
   const auto vertices = inspect(solver).coarse_space.vertices();
   REQUIRE(vertices.size() == static_cast<std::size_t>(solver.vertex_count()));
   CHECK(vertices.back().takes_part());
-  CHECK(farthest(solver, many) < 0.01F * static_cast<float>(kEdge));
+  CHECK(farthest(solver, many) < 0.01F * static_cast<float>(kSoftEdge));
 
   Compaction compaction(solver);
   compaction.build();

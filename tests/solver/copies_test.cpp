@@ -12,23 +12,16 @@
 #include "tests/support/catch.h"
 #include "tests/support/copies_program.h"
 #include "tests/support/fake_device.h"
-#include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/spring_block.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
+using testing::kEventfulTimeStep;
+using testing::make_free_spring_block;
 using testing::Variant;
-
-constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-Scene make_block() {
-  Scene scene;
-  scene.add_body("block", testing::make_box({3, 3, 3}, testing::kEventfulEdge, 0.1),
-                 testing::kSprings);
-  return scene;
-}
 
 }  // namespace
 
@@ -82,10 +75,10 @@ TEST_CASE("copies: who finds the team taken steps them alone, with the same bits
         each->tissue().undo();
       }
     }
-    serial.step(kTimeStep);
+    serial.step(kEventfulTimeStep);
     {
       const TeamLease other(step % 2 == 0 ? shared.state() : nullptr, 3);
-      solver.step(kTimeStep);
+      solver.step(kEventfulTimeStep);
     }
     memory = memory == 0 ? solver.memory_bytes() : memory;
     for (Index copy = 0; copy < 5; ++copy) {
@@ -96,9 +89,10 @@ TEST_CASE("copies: who finds the team taken steps them alone, with the same bits
 }
 
 TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
-  CHECK_THROWS_WITH(Solver(make_block(), testing::small_steps({.copies = 0})),
+  CHECK_THROWS_WITH(Solver(make_free_spring_block(), testing::small_steps({.copies = 0})),
                     ContainsSubstring("copies is 0"));
-  Solver solver(make_block(), testing::small_steps({.copies = 3, .executor = executor::serial()}));
+  Solver solver(make_free_spring_block(),
+                testing::small_steps({.copies = 3, .executor = executor::serial()}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const std::array<Index, 1> vertex{5};
   std::vector<Eigen::Vector3f> all = solver.positions();
@@ -137,14 +131,14 @@ TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
   const std::vector<Eigen::Vector3f> moving(static_cast<std::size_t>(solver.vertex_count()),
                                             Eigen::Vector3f(0.1F, 0.2F, 0));
   solver.write_velocities(moving, 1);
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   CHECK(solver.state_hash(0) == solver.state_hash(2));
   CHECK(solver.state_hash(0) != solver.state_hash(1));
 
   solver.restore(solver.snapshot(1), 2);
 
   CHECK(solver.state_hash(2) == solver.state_hash(1));
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   CHECK(solver.state_hash(2) == solver.state_hash(1));
   CHECK(solver.state_hash(0) != solver.state_hash(1));
 }
@@ -152,8 +146,9 @@ TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
 TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]") {
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(3), testing::fake_device());
-  Solver solver(make_block(), testing::small_steps({.copies = 4, .executor = executor}));
-  const StepReport calm = solver.step(kTimeStep);
+  Solver solver(make_free_spring_block(),
+                testing::small_steps({.copies = 4, .executor = executor}));
+  const StepReport calm = solver.step(kEventfulTimeStep);
   CHECK(calm.first_non_finite == kInvalidIndex);
   CHECK(calm.first_non_finite_copy == kInvalidIndex);
   std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
@@ -178,7 +173,7 @@ TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]")
 // Would catch a copy of what copies share: a scene has some ten times the bytes of its state.
 TEST_CASE("copies: each takes the memory of its state", "[unit]") {
   const auto bytes = [](Index copies) {
-    return Solver(make_block(),
+    return Solver(make_free_spring_block(),
                   testing::small_steps({.copies = copies, .executor = executor::serial()}))
         .memory_bytes();
   };

@@ -21,6 +21,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -29,6 +30,7 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::kSoftEdge;
+using testing::Recipe;
 using testing::run;
 
 constexpr CopyFactors kSame{};
@@ -37,7 +39,7 @@ constexpr CopyFactors kOther{.stiffness = 4, .density = 2, .gravity = 0.5F};
 
 // A Neo-Hookean bar with fibres and friction, a block of springs, a sheet, a thread and links, of
 // material so many times as stiff and heavy.
-Scene make_scene(const CopyFactors& factors) {
+Scene make_factored_scene(const CopyFactors& factors) {
   const auto [stiffness, density, gravity] = factors;
   const TetMesh mesh = testing::make_box({4, 2, 2}, kSoftEdge, 0.1);
   Material soft = testing::neo_hookean(stiffness * 10e3F, 0.4F);
@@ -79,12 +81,7 @@ struct Idle final : CustomConstraints {
   void renumber(const Tissue&, const Renumbering&) noexcept override {}
 };
 
-struct Recipe {
-  const char* name;
-  SolverOptions options;
-};
-
-Recipe any_recipe() {
+Recipe any_copied_recipe() {
   SolverOptions blocks{.method = SolverMethod::vertex_block, .substeps = 3, .iterations = 2};
   SolverOptions projections{.method = SolverMethod::projection, .substeps = 3, .iterations = 2};
   blocks.math = projections.math = MathMode::strict;
@@ -131,15 +128,15 @@ struct Operation {
 // Would catch a place where a factor is missing, counts twice or counts for what is not the
 // tissue's: of powers of two, all bits are those of a solver of the other material.
 TEST_CASE("copy factors: a copy moves as a solver of such a scene", "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_copied_recipe();
   const Executor executor = GENERATE(executor::serial(), executor::threads(3));
   INFO(recipe.name << ", " << executor.name());
   SolverOptions options = recipe.options;
   options.executor = executor;
   options.composition = PlanComposition::separate;
-  Solver alone(make_scene(kSame), options), other(make_scene(kOther), options);
+  Solver alone(make_factored_scene(kSame), options), other(make_factored_scene(kOther), options);
   options.copies = 3;
-  Solver copies(make_scene(kSame), options);
+  Solver copies(make_factored_scene(kSame), options);
   copies.set_factors(kOther, 1);
   CHECK(copies.factors(0) == kSame);
   CHECK(copies.factors(1) == kOther);
@@ -239,7 +236,7 @@ TEST_CASE("copy factors: gravity of a body is scaled, too", "[unit]") {
 // Would catch factors that get lost, or come to another copy.
 TEST_CASE("copy factors: stay through edits, compaction and a copy of all that moves", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(make_scene(kSame), testing::small_steps({.method = method, .copies = 3}));
+  Solver solver(make_factored_scene(kSame), testing::small_steps({.method = method, .copies = 3}));
   solver.set_factors(kOther, 2);
   run(solver, 3);
   const Snapshot before = solver.snapshot(2);

@@ -15,14 +15,10 @@
 #include "examples/tether/tethers.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg::testing {
-
-struct Recipe {
-  const char* name;
-  SolverOptions options;
-};
 
 inline Recipe any_recipe() {
   constexpr float kDrag = 30;  // 1/s

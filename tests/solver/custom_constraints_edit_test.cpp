@@ -28,7 +28,7 @@ using testing::make_cubes;
 using testing::Recipe;
 using testing::run;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 // Does in each sweep what a test wants.
 struct Scripted final : CustomConstraints {
@@ -224,7 +224,7 @@ TEST_CASE("custom constraints: bad pushes are refused by set, vertex and number"
   };
   refuses(
       [](ConstraintSweep& sweep) {
-        sweep.push(1, {0, kNan, 0});
+        sweep.push(1, {0, kNotANumber, 0});
       },
       "vertex 1 would go nowhere under a force of (0, nan, 0) N");
   refuses(
@@ -246,7 +246,7 @@ TEST_CASE("custom constraints: bad pushes are refused by set, vertex and number"
       static_cast<void>(sweep.satisfy(corners, value, compliance, 0));
     };
   };
-  refuses(satisfies(kNan, 0), "vertex 1 has a constraint of value nan");
+  refuses(satisfies(kNotANumber, 0), "vertex 1 has a constraint of value nan");
   refuses(satisfies(1e-3F, -1), "compliance -1");
   set->act = [](ConstraintSweep&) {};
   set->named_vertices = {3, 27};

@@ -12,6 +12,7 @@
 #include "bench/support/static_energy.h"
 #include "examples/tether/tethers.h"
 #include "tests/solver/custom_constraints_cases.h"
+#include "tests/support/free_block.h"
 #include "tests/support/instruction_set.h"
 
 namespace pbdsurg {
@@ -20,14 +21,13 @@ namespace {
 using testing::add_tethers;
 using testing::any_recipe;
 using testing::Approx;
+using testing::kGravity;
 using testing::kSoftEdge;
 using testing::make_cubes;
 using testing::mass_of;
 using testing::neo_hookean;
 using testing::Recipe;
 using testing::run;
-
-constexpr float kGravity = 9.81F;  // m/s^2
 
 double extension(const Solver& solver, const Tether& tether) {
   const auto x = solver.positions();

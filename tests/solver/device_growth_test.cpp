@@ -21,21 +21,17 @@ namespace pbdsurg {
 namespace {
 
 using testing::equal;
+using testing::fake_device_of;
 using testing::FakeDevice;
+using testing::kEventfulEdge;
+using testing::kEventfulTimeStep;
 using testing::Variant;
 
-constexpr double kEdge = testing::kEventfulEdge;
-constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-Scene make_block(const std::string& name, Index cells) {
-  const TetMesh mesh = testing::make_box({cells, cells, cells}, kEdge, 0.1);
+Scene make_named_block(const std::string& name, Index cells) {
+  const TetMesh mesh = testing::make_box({cells, cells, cells}, kEventfulEdge, 0.1);
   Scene scene;
   scene.add_body(name, mesh, elastic_material(mesh, 1000, 20e3));
   return scene;
-}
-
-FakeDevice& device_of(Solver& solver) {
-  return dynamic_cast<FakeDevice&>(*testing::inspect(solver).backend);
 }
 
 Index some_edge(const Solver& solver, std::uint64_t seed) {
@@ -113,7 +109,7 @@ class RandomEdits {
         return solver.tissue().has_tissue(newest) ? testing::part_vertex(solver, newest, seed)
                                                   : TopologyEdit{};
       case 4:
-        return {.new_bodies = make_block("guest " + std::to_string(seed), 1)};
+        return {.new_bodies = make_named_block("guest " + std::to_string(seed), 1)};
       default: {
         const testing::Surroundings some = testing::some_surroundings(solver, seed);
         return {.remove_tets = some.tets};
@@ -203,8 +199,8 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
         twins.both([&](Solver& solver) { solver.watch(std::array<Index, 2>{3, 40}); });
         break;
       default: {
-        const StepReport expected = twins.serial.step(kTimeStep);
-        REQUIRE(equal(twins.device.step(kTimeStep), expected));
+        const StepReport expected = twins.serial.step(kEventfulTimeStep);
+        REQUIRE(equal(twins.device.step(kEventfulTimeStep), expected));
         REQUIRE(expected.non_finite_vertices == 0);
         for (Index i = 0; i < 3; ++i) {
           REQUIRE(std::ranges::equal(twins.device.watched_positions(i),
@@ -225,10 +221,10 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
 TEST_CASE("device growth: an edit reads the ends of new vertices, and no others", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(
-      make_block("block", 3),
+      make_named_block("block", 3),
       testing::small_steps({.method = method, .copies = 2, .executor = testing::fake_device()}));
-  solver.step(kTimeStep);
-  const FakeDevice& device = device_of(solver);
+  solver.step(kEventfulTimeStep);
+  const FakeDevice& device = fake_device_of(solver);
   const SolverData& data = testing::inspect(solver);
   const auto is_untouched = [&] {
     return device.fetch_count == 0 && !data.copy(0).is_state_current &&
@@ -238,13 +234,13 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
   solver.tissue().apply(edit);
   CHECK(device.asked_count == 2);
   solver.tissue().undo();
-  solver.step(kTimeStep);
-  solver.tissue().apply({.new_bodies = make_block("guest", 1)});
+  solver.step(kEventfulTimeStep);
+  solver.tissue().apply({.new_bodies = make_named_block("guest", 1)});
   CHECK(device.asked_count == 2);
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   edit = {.remove_tets = testing::some_surroundings(solver, 1).tets};
   const std::size_t emptied = solver.tissue().apply(edit).emptied_vertices.size();
-  solver.step(kTimeStep);
+  solver.step(kEventfulTimeStep);
   solver.tissue().undo();
   CHECK(device.asked_count == 2 + emptied);
   CHECK(is_untouched());
@@ -261,27 +257,27 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
 
 // Would catch room that is not used, or made anew at every edit.
 TEST_CASE("device growth: vertices outgrow their room once in a while", "[unit]") {
-  const Scene scene = make_block("block", 3);
+  const Scene scene = make_named_block("block", 3);
   const SolverOptions options = testing::small_steps({.copies = 2, .spare = {.vertices = 30}});
   Twins twins(scene, options);
-  twins.both([](Solver& solver) { solver.step(kTimeStep); });
+  twins.both([](Solver& solver) { solver.step(kEventfulTimeStep); });
   const auto add = [&](int count) {
     for (int i = 0; i < count; ++i) {
       const TopologyEdit edit =
           testing::split_edge(twins.serial, some_edge(twins.serial, 100 + i), 0.5F);
       twins.both([&](Solver& solver) { solver.tissue().apply(edit); });
       if (i % 10 == 9) {
-        twins.both([](Solver& solver) { solver.step(kTimeStep); });
+        twins.both([](Solver& solver) { solver.step(kEventfulTimeStep); });
         twins.require_same_state(1);
       }
     }
   };
   add(30);
-  CHECK(device_of(twins.device).remade_count == 0);
+  CHECK(fake_device_of(twins.device).remade_count == 0);
   add(10);
-  CHECK(device_of(twins.device).remade_count == 1);
+  CHECK(fake_device_of(twins.device).remade_count == 1);
   add(200);
-  CHECK(device_of(twins.device).remade_count == 1);
+  CHECK(fake_device_of(twins.device).remade_count == 1);
   twins.require_same_state(0);
 }
 

@@ -11,37 +11,38 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kSoftEdge;
+using testing::kUsualDensity;
 
-constexpr double kDensity = 1000;  // kg/m^3
 constexpr double kModulus = 5000;  // Pa
-constexpr double kEdge = 4e-3;     // m
 
-Material tissue(double poissons_ratio, double modulus = kModulus) {
-  return {.density = kDensity,
+Material elastic_tissue(double poissons_ratio, double modulus = kModulus) {
+  return {.density = kUsualDensity,
           .model = ElasticModel::neo_hookean,
           .youngs_modulus = static_cast<float>(modulus),
           .poissons_ratio = static_cast<float>(poissons_ratio)};
 }
 
 // A bar along x, without gravity.
-Scene make_bar(const Material& material, std::array<Index, 3> cells, double edge = kEdge,
-               double jitter = 0) {
+Scene make_elastic_bar(const Material& material, std::array<Index, 3> cells,
+                       double edge = kSoftEdge, double jitter = 0) {
   Scene scene;
   scene.add_body("bar", testing::make_box(cells, edge, jitter), material);
   scene.set_gravity(Eigen::Vector3f::Zero());
   return scene;
 }
 
-void fix_start(Scene& scene, double edge = kEdge) {
+void fix_start(Scene& scene, double edge = kSoftEdge) {
   scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * edge; });
 }
 
-SolverOptions options_of(int substeps, int iterations, double damping = 0) {
+SolverOptions projections_of(int substeps, int iterations, double damping = 0) {
   return {.method = SolverMethod::projection,
           .substeps = substeps,
           .iterations = iterations,
@@ -49,7 +50,7 @@ SolverOptions options_of(int substeps, int iterations, double damping = 0) {
           .executor = executor::threads(1)};
 }
 
-StepReport run(Solver& solver, int steps, double dt) {
+StepReport run_for(Solver& solver, int steps, double dt) {
   StepReport report;
   for (int i = 0; i < steps; ++i) {
     report = solver.step(static_cast<float>(dt));
@@ -73,7 +74,7 @@ double mean_displacement(const Scene& scene, const Solver& solver, int axis, Con
 }
 
 auto at_plane(int axis, double place) {
-  return [=](const Eigen::Vector3d& x) { return std::abs(x[axis] - place) < 1e-3 * kEdge; };
+  return [=](const Eigen::Vector3d& x) { return std::abs(x[axis] - place) < 1e-3 * kSoftEdge; };
 }
 
 double kinetic_energy(const Scene& scene, const Solver& solver) {
@@ -98,16 +99,16 @@ double excess_stiffness(double poissons_ratio, Index cells) {
            (length * x - x * x / 2) / (shear_factor * shear_modulus * area);
   };
   const double weight = 0.04 * length / deflection(length);
-  Scene scene = make_bar(tissue(poissons_ratio), {5 * cells, cells, cells}, edge);
+  Scene scene = make_elastic_bar(elastic_tissue(poissons_ratio), {5 * cells, cells, cells}, edge);
   fix_start(scene, edge);
-  scene.set_gravity({0, 0, static_cast<float>(-weight / (kDensity * area))});
-  Solver solver(scene, options_of(20, cells * cells / 3, 20));
+  scene.set_gravity({0, 0, static_cast<float>(-weight / (kUsualDensity * area))});
+  Solver solver(scene, projections_of(20, cells * cells / 3, 20));
   std::vector<Eigen::Vector3f> x = solver.positions();
   for (Eigen::Vector3f& p : x) {  // near the answer, which is then found sooner
     p.z() -= static_cast<float>(0.8 * weight * deflection(p.x()));
   }
   solver.write_positions(x);
-  run(solver, 100, 0.01);
+  run_for(solver, 100, 0.01);
   const double tip = -mean_displacement(
       scene, solver, 2, [&](const Eigen::Vector3d& p) { return p.x() > length - 0.5 * edge; });
   return weight * deflection(length) / tip - 1;
@@ -117,38 +118,38 @@ double excess_stiffness(double poissons_ratio, Index cells) {
 
 TEST_CASE("elasticity: a stretched bar pulls and thins as its moduli say", "[validation]") {
   const double poissons_ratio = GENERATE(0.0, 0.3, 0.45);
-  Scene scene = make_bar(tissue(poissons_ratio), {12, 2, 2});
+  Scene scene = make_elastic_bar(elastic_tissue(poissons_ratio), {12, 2, 2});
   fix_start(scene);
-  Solver solver(scene, options_of(20, 4, 10));
+  Solver solver(scene, projections_of(20, 4, 10));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> end;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].x() > 11.5 * kEdge) {
+    if (scene.positions()[v].x() > 11.5 * kSoftEdge) {
       end.push_back(v);
     }
   }
   solver.grasp(tool, end);
   ToolPose pose = ToolPose::Identity();
-  pose.translation().x() = static_cast<float>(0.01 * 12 * kEdge);
+  pose.translation().x() = static_cast<float>(0.01 * 12 * kSoftEdge);
   solver.move_tool(tool, pose);
-  run(solver, 200, 5e-3);
+  run_for(solver, 200, 5e-3);
   double force = 0;
   for (int i = 0; i < 20; ++i) {
-    run(solver, 1, 5e-3);
+    run_for(solver, 1, 5e-3);
     force -= solver.tool_force(tool).x() / 20;
   }
 
   // away from the ends, which cannot thin
-  const double strain = (mean_displacement(scene, solver, 0, at_plane(0, 8 * kEdge)) -
-                         mean_displacement(scene, solver, 0, at_plane(0, 4 * kEdge))) /
-                        (4 * kEdge);
+  const double strain = (mean_displacement(scene, solver, 0, at_plane(0, 8 * kSoftEdge)) -
+                         mean_displacement(scene, solver, 0, at_plane(0, 4 * kSoftEdge))) /
+                        (4 * kSoftEdge);
   const auto side = [&](double y) {
     return mean_displacement(scene, solver, 1, [&](const Eigen::Vector3d& x) {
-      return at_plane(0, 6 * kEdge)(x) && at_plane(1, y)(x);
+      return at_plane(0, 6 * kSoftEdge)(x) && at_plane(1, y)(x);
     });
   };
-  const double thinning = (side(0) - side(2 * kEdge)) / (2 * kEdge);
-  const double area = 4 * kEdge * kEdge;
+  const double thinning = (side(0) - side(2 * kSoftEdge)) / (2 * kSoftEdge);
+  const double area = 4 * kSoftEdge * kSoftEdge;
   CHECK(strain == Approx(0.01).epsilon(0.1));
   CHECK(force / (area * strain) == Approx(kModulus).epsilon(0.02));
   CHECK(thinning / strain == Approx(poissons_ratio).margin(0.02));
@@ -167,16 +168,16 @@ TEST_CASE("elasticity: a cantilever bends as beam theory says", "[validation]") 
 
 TEST_CASE("elasticity: stiffness depends neither on the step nor on iterations", "[validation]") {
   const auto sag = [](int substeps, int iterations, double dt) {
-    Scene scene = make_bar(tissue(0.45), {5, 2, 2}, kEdge, 0.1);
+    Scene scene = make_elastic_bar(elastic_tissue(0.45), {5, 2, 2}, kSoftEdge, 0.1);
     fix_start(scene);
     scene.set_gravity({0, -3, 0});
-    Solver solver(scene, options_of(substeps, iterations, 20));
-    run(solver, static_cast<int>(1.5 / dt), dt);
+    Solver solver(scene, projections_of(substeps, iterations, 20));
+    run_for(solver, static_cast<int>(1.5 / dt), dt);
     return -mean_displacement(scene, solver, 1,
-                              [](const Eigen::Vector3d& x) { return x.x() > 4.5 * kEdge; });
+                              [](const Eigen::Vector3d& x) { return x.x() > 4.5 * kSoftEdge; });
   };
   const double reference = sag(20, 8, 0.01);
-  CHECK(reference > 0.1 * kEdge);
+  CHECK(reference > 0.1 * kSoftEdge);
   CHECK(sag(40, 8, 0.01) == Approx(reference).epsilon(0.01));
   CHECK(sag(80, 8, 0.01) == Approx(reference).epsilon(0.01));
   CHECK(sag(20, 16, 0.01) == Approx(reference).epsilon(0.01));
@@ -190,15 +191,15 @@ TEST_CASE("elasticity: stiffness depends neither on the step nor on iterations",
 TEST_CASE("elasticity: no edge of a loaded body goes far beyond its limit", "[validation]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const auto stretch = [&](float limit) {
-    Material material = tissue(0.45, 500);
+    Material material = elastic_tissue(0.45, 500);
     material.max_stretch = limit;
-    Scene scene = make_bar(material, {8, 2, 2}, kEdge, 0.1);
+    Scene scene = make_elastic_bar(material, {8, 2, 2}, kSoftEdge, 0.1);
     fix_start(scene);
     scene.set_gravity({9.81F, 0, 0});
-    SolverOptions options = options_of(10, 10, 10);
+    SolverOptions options = projections_of(10, 10, 10);
     options.method = method;
     Solver solver(scene, options);
-    CHECK(run(solver, 200, 0.01).inverted_tets == 0);
+    CHECK(run_for(solver, 200, 0.01).inverted_tets == 0);
     const auto x = solver.positions();
     double longest = 0;
     for (const Edge& edge : solver.tissue().edges()) {
@@ -215,15 +216,15 @@ TEST_CASE("elasticity: no edge of a loaded body goes far beyond its limit", "[va
 namespace {
 
 bool recovers(int seed) {
-  const Scene scene = make_bar(tissue(0.45), {4, 2, 2}, kEdge, 0.1);
-  Solver solver(scene, options_of(10, 4, 5));
+  const Scene scene = make_elastic_bar(elastic_tissue(0.45), {4, 2, 2}, kSoftEdge, 0.1);
+  Solver solver(scene, projections_of(10, 4, 5));
   std::vector<Eigen::Vector3f> x = solver.positions();
   for (std::size_t v = 0; v < x.size(); ++v) {
     if (seed == 0) {
       x[v].x() = -x[v].x();
     } else {
       for (int axis = 0; axis < 3; ++axis) {
-        x[v][axis] += static_cast<float>(kEdge * (2 * random_unit(seed, v, axis) - 1));
+        x[v][axis] += static_cast<float>(kSoftEdge * (2 * random_unit(seed, v, axis) - 1));
       }
     }
   }
@@ -234,7 +235,7 @@ bool recovers(int seed) {
   }
   CHECK(std::count_if(scene.tets().begin(), scene.tets().end(),
                       [&](const Tet& tet) { return tet_volume(crumpled, tet) < 0; }) > 10);
-  CHECK(run(solver, 400, 0.01).inverted_tets == 0);
+  CHECK(run_for(solver, 400, 0.01).inverted_tets == 0);
   x = solver.positions();
   double largest = 0;
   for (const Edge& edge : solver.tissue().edges()) {
@@ -260,17 +261,17 @@ TEST_CASE("elasticity: an inverted or crumpled body recovers", "[validation]") {
 // material's, h the implicit step's.
 TEST_CASE("elasticity: a swing decays as the relaxation time says", "[validation]") {
   constexpr Index kCells = 12;
-  constexpr double kLength = kCells * kEdge, kSubstep = 4e-4;
-  const double omega = std::numbers::pi * std::sqrt(kModulus / kDensity) / kLength;
+  constexpr double kLength = kCells * kSoftEdge, kSubstep = 4e-4;
+  const double omega = std::numbers::pi * std::sqrt(kModulus / kUsualDensity) / kLength;
   const auto decay = [&](double relaxation) {
-    Material material = tissue(0.0);
+    Material material = elastic_tissue(0.0);
     material.damping = static_cast<float>(relaxation);
-    const Scene scene = make_bar(material, {kCells, 2, 2});
-    Solver solver(scene, options_of(1, 20));
+    const Scene scene = make_elastic_bar(material, {kCells, 2, 2});
+    Solver solver(scene, projections_of(1, 20));
     // around the origin, where numbers are finest: positions rounded coarsely take energy too
     std::vector<Eigen::Vector3f> positions = solver.positions();
     for (Eigen::Vector3f& p : positions) {
-      p -= Eigen::Vector3f(kLength / 2, kEdge, kEdge);
+      p -= Eigen::Vector3f(kLength / 2, kSoftEdge, kSoftEdge);
     }
     solver.write_positions(positions);
     std::vector<Eigen::Vector3f> velocities;
@@ -308,10 +309,10 @@ TEST_CASE("elasticity: a swing decays as the relaxation time says", "[validation
 
 TEST_CASE("elasticity: inner friction leaves rigid motion alone", "[property]") {
   const auto end_of = [](float relaxation) {
-    Material material = tissue(0.45, 50e3);
+    Material material = elastic_tissue(0.45, 50e3);
     material.damping = relaxation;
-    const Scene scene = make_bar(material, {4, 2, 2}, kEdge, 0.1);
-    Solver solver(scene, options_of(10, 2));
+    const Scene scene = make_elastic_bar(material, {4, 2, 2}, kSoftEdge, 0.1);
+    Solver solver(scene, projections_of(10, 2));
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double mass = 0;
     for (Index v = 0; v < scene.vertex_count(); ++v) {
@@ -327,7 +328,7 @@ TEST_CASE("elasticity: inner friction leaves rigid motion alone", "[property]") 
     }
     solver.write_velocities(velocities);
     const double before = kinetic_energy(scene, solver);
-    run(solver, 100, 5e-3);
+    run_for(solver, 100, 5e-3);
     return kinetic_energy(scene, solver) / before;
   };
   const double undamped = end_of(0);
@@ -340,17 +341,17 @@ TEST_CASE("elasticity: from jelly to bone, and in steps of any length, nothing e
   const double modulus = kModulus * GENERATE(1e-4, 1e-2, 1.0, 1e2, 1e3);
   const double dt = GENERATE(1e-4, 1e-2);
   const float damping = GENERATE(0.0F, 0.01F);
-  Material material = tissue(0.45, modulus);
+  Material material = elastic_tissue(0.45, modulus);
   material.damping = damping;
-  Scene scene = make_bar(material, {5, 2, 2}, kEdge, 0.1);
+  Scene scene = make_elastic_bar(material, {5, 2, 2}, kSoftEdge, 0.1);
   fix_start(scene);
   scene.set_gravity({0, -9.81F, 0});
-  Solver solver(scene, options_of(10, 1));
-  const StepReport report = run(solver, 100, dt);
+  Solver solver(scene, projections_of(10, 1));
+  const StepReport report = run_for(solver, 100, dt);
   CHECK(report.non_finite_vertices == 0);
   // no farther than it can fall, and what can carry itself hangs
   const double fall = 9.81 * std::pow(100 * dt, 2) / 2;
-  const double reach = modulus < kModulus ? 6 * kEdge + 1.01 * fall : 6 * kEdge;
+  const double reach = modulus < kModulus ? 6 * kSoftEdge + 1.01 * fall : 6 * kSoftEdge;
   for (const Eigen::Vector3f& x : solver.positions()) {
     CHECK(x.norm() < reach);
   }
@@ -358,8 +359,8 @@ TEST_CASE("elasticity: from jelly to bone, and in steps of any length, nothing e
 
 TEST_CASE("elasticity: a vertex that leaves the range of numbers is reported and goes alone",
           "[unit]") {
-  Scene scene = make_bar(tissue(0.45), {4, 2, 2});
-  Solver solver(scene, options_of(1, 1));
+  Scene scene = make_elastic_bar(elastic_tissue(0.45), {4, 2, 2});
+  Solver solver(scene, projections_of(1, 1));
   std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
   velocities[20].setConstant(std::numeric_limits<float>::max());
   solver.write_velocities(velocities);
@@ -367,7 +368,7 @@ TEST_CASE("elasticity: a vertex that leaves the range of numbers is reported and
   CHECK(report.non_finite_vertices == 1);
   CHECK(report.first_non_finite == 20);
   CHECK(std::isinf(report.volume_residual));
-  report = run(solver, 50, 0.01);
+  report = run_for(solver, 50, 0.01);
   CHECK(report.non_finite_vertices == 1);
 }
 

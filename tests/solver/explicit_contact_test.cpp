@@ -10,6 +10,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
@@ -23,15 +24,14 @@ using testing::gravity_on;
 using testing::kBlockCells;
 using testing::kBlockEdge;
 using testing::kBlockMass;
+using testing::kContactThickness;
 using testing::kGravity;
+using testing::kUsualStep;
 using testing::mean_of;
 using testing::placed_box;
 using testing::run;
 
-constexpr float kThickness = 0.5e-3F;
-constexpr float kStep = 5e-3F;
-
-SolverOptions explicit_options(float drag) {
+SolverOptions dragged_options(float drag) {
   return {.method = SolverMethod::explicit_steps, .damping = drag};
 }
 
@@ -42,11 +42,12 @@ Material elastic() {
 }
 
 // A block as those of free_block.h, and below it a body that stands fast.
-Scene make_block_on_body() {
+Scene make_block_on_table() {
   Scene scene;
-  scene.add_body("block",
-                 placed_box(kBlockCells, kBlockEdge, Affine3d(Translation3d(0, 0, kThickness))),
-                 elastic());
+  scene.add_body(
+      "block",
+      placed_box(kBlockCells, kBlockEdge, Affine3d(Translation3d(0, 0, kContactThickness))),
+      elastic());
   const BodyId table = scene.add_body(
       "table", placed_box({10, 4, 1}, 20e-3, Affine3d(Translation3d(-20e-3, -20e-3, -20e-3))),
       elastic());
@@ -68,7 +69,7 @@ Vector3d force_on_block(const Solver& solver) {
   return sum;
 }
 
-Vector3d momentum_of(const Solver& solver) {
+Vector3d linear_momentum(const Solver& solver) {
   const std::vector<Vector3f> v = solver.velocities();
   Vector3d sum = Vector3d::Zero();
   for (std::size_t i = 0; i < v.size(); ++i) {
@@ -81,13 +82,13 @@ Vector3d momentum_of(const Solver& solver) {
 
 // Would catch bodies that fall through each other, sink in, or carry another weight.
 TEST_CASE("explicit contact: a block rests on a body with its weight", "[validation]") {
-  Solver solver(make_block_on_body(), explicit_options(60));
-  solver.set_body_contact(0, 1, {kThickness, 0.3F});
-  run(solver, kStep, 1);
+  Solver solver(make_block_on_table(), dragged_options(60));
+  solver.set_body_contact(0, 1, {kContactThickness, 0.3F});
+  run(solver, kUsualStep, 1);
 
   Vector3d force = Vector3d::Zero();
   for (int i = 0; i < 100; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     force += force_on_block(solver) / 100;
   }
 
@@ -96,8 +97,8 @@ TEST_CASE("explicit contact: a block rests on a body with its weight", "[validat
   for (const Index v : solver.tissue().vertices_of(0)) {
     lowest = std::min(lowest, solver.positions()[v].z());
   }
-  CHECK(lowest > 0.99F * kThickness);
-  CHECK(lowest < 1.01F * kThickness);
+  CHECK(lowest > 0.99F * kContactThickness);
+  CHECK(lowest < 1.01F * kContactThickness);
 }
 
 // Would catch friction that creeps, or that does not slide as Coulomb's does.
@@ -107,20 +108,20 @@ TEST_CASE("explicit contact: a block on a tilted body stays or slides by the ang
   CAPTURE(share);
   constexpr float kFriction = 0.3F;
   const float slope = share * std::atan(kFriction);
-  Scene scene = make_block_on_body();
+  Scene scene = make_block_on_table();
   scene.set_gravity(gravity_on(slope).cwiseProduct(Vector3f::UnitZ()));
-  Solver solver(scene, explicit_options(0));
-  solver.set_body_contact(0, 1, {kThickness, kFriction});
-  run(solver, kStep, 0.5F);
+  Solver solver(scene, dragged_options(0));
+  solver.set_body_contact(0, 1, {kContactThickness, kFriction});
+  run(solver, kUsualStep, 0.5F);
   solver.set_gravity(gravity_on(slope));
   if (share < 1) {
-    run(solver, kStep, 0.2F);
+    run(solver, kUsualStep, 0.2F);
   }
   const double before = block_of(solver).x();
 
   Vector3d force = Vector3d::Zero();
   for (int i = 0; i < 100; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     force += force_on_block(solver) / 100;
   }
 
@@ -141,21 +142,21 @@ TEST_CASE("explicit contact: two bodies that collide keep their momentum", "[val
   scene.add_body("other", placed_box({3, 3, 3}, 4e-3, Affine3d(Translation3d(21e-3, 5e-3, -3e-3))),
                  elastic());
   scene.set_gravity(Vector3f::Zero());
-  Solver solver(scene, explicit_options(0));
-  solver.set_body_contact(0, 1, {kThickness, 0.4F});
+  Solver solver(scene, dragged_options(0));
+  solver.set_body_contact(0, 1, {kContactThickness, 0.4F});
   std::vector<Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
                                    Vector3f::Zero());
   for (const Index v : solver.tissue().vertices_of(0)) {
     velocities[v] = {0.2F, 0.1F, 0.02F};
   }
   solver.write_velocities(velocities);
-  const Vector3d before = momentum_of(solver);
+  const Vector3d before = linear_momentum(solver);
   bool has_met = false;
 
   for (int i = 0; i < 60; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     has_met = has_met || force_on_block(solver).norm() > 0;
-    REQUIRE((momentum_of(solver) - before).norm() < 1e-4 * before.norm());
+    REQUIRE((linear_momentum(solver) - before).norm() < 1e-4 * before.norm());
   }
   CHECK(has_met);
   CHECK(mean_of(solver, static_cast<Index>(solver.tissue().vertices_of(0).size())).x() > 30e-3);
@@ -164,13 +165,13 @@ TEST_CASE("explicit contact: two bodies that collide keep their momentum", "[val
 // Would catch contacts that one thread finds or answers while others move their vertices.
 TEST_CASE("explicit contact: any number of threads has the serial bits", "[determinism]") {
   const auto hash = [&](const Executor& executor) {
-    SolverOptions options = explicit_options(0);
+    SolverOptions options = dragged_options(0);
     options.executor = executor;
     options.math = MathMode::strict;
-    Solver solver(make_block_on_body(), options);
-    solver.set_body_contact(0, 1, {kThickness, 0.3F});
+    Solver solver(make_block_on_table(), options);
+    solver.set_body_contact(0, 1, {kContactThickness, 0.3F});
     for (int i = 0; i < 10; ++i) {
-      solver.step(kStep);
+      solver.step(kUsualStep);
     }
     REQUIRE(!solver.body_contacts().empty());
     return solver.state_hash();

@@ -24,6 +24,7 @@ using testing::ContainsSubstring;
 using testing::make_bar;
 using testing::neo_hookean;
 using testing::run;
+using testing::vertices_above;
 
 SolverOptions explicit_options(float damping = 0) {
   return {.method = SolverMethod::explicit_steps, .damping = damping};
@@ -47,16 +48,6 @@ double kinetic_energy(const Solver& solver) {
     sum += 0.5 * masses[i] * v[i].squaredNorm();
   }
   return sum;
-}
-
-std::vector<Index> vertices_above(const Scene& scene, double y) {
-  std::vector<Index> found;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].y() > y) {
-      found.push_back(v);
-    }
-  }
-  return found;
 }
 
 }  // namespace

@@ -11,18 +11,18 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
-using Vector = Vec3<float>;
+using FloatVector = Vec3<float>;
 
-constexpr float kRadius = 0.5e-3F;
+constexpr float kRodRadius = 0.5e-3F;
 
 // At rest, around the origin, its normal in the plane of x and z.
-FeatureCorners make_triangle(const Vector& normal) {
-  const Vector across{0, 1, 0};
-  const Vector along = cross(across, normal);
+FeatureCorners make_triangle(const FloatVector& normal) {
+  const FloatVector across{0, 1, 0};
+  const FloatVector along = cross(across, normal);
   FeatureCorners corners;
   corners.count = 3;
-  const Vector places[3] = {-5e-3F * along - 5e-3F * across, 5e-3F * along - 5e-3F * across,
-                            5e-3F * across};
+  const FloatVector places[3] = {-5e-3F * along - 5e-3F * across, 5e-3F * along - 5e-3F * across,
+                                 5e-3F * across};
   for (int k = 0; k < 3; ++k) {
     corners.places[k] = k;
     corners.start[k] = corners.end[k] = places[k];
@@ -31,8 +31,8 @@ FeatureCorners make_triangle(const Vector& normal) {
 }
 
 // Does not move.
-SweptCapsule make_rod(const Vector& start, const Vector& end) {
-  const PlacedCapsule capsule{start, kRadius, end};
+SweptCapsule make_rod(const FloatVector& start, const FloatVector& end) {
+  const PlacedCapsule capsule{start, kRodRadius, end};
   return {capsule, capsule};
 }
 
@@ -49,9 +49,9 @@ TEST_CASE("feature meeting: what a tool's axis runs through has no side of its o
   meet_capsule(triangle, rod, 0, nullptr, unknown, met);
   CHECK(!(met.gap < kInfinity));
 
-  const Vector side{-1, 0, 0};
+  const FloatVector side{-1, 0, 0};
   meet_capsule(triangle, rod, 0, &side, unknown, met);
-  CHECK(met.gap == Approx(-kRadius).epsilon(1e-2));
+  CHECK(met.gap == Approx(-kRodRadius).epsilon(1e-2));
   CHECK(dot(met.normal, side) == Approx(1));
 }
 
@@ -62,14 +62,14 @@ TEST_CASE("feature meeting: what was before a tip goes back there", "[unit]") {
   FeatureCorners vertex;
   vertex.count = 1;
   vertex.places[0] = 0;
-  vertex.start[0] = {0, 0, -kRadius};
-  vertex.end[0] = {beside * kRadius, 0, 3 * kRadius};
-  const Vector side{0, 0, -1};
+  vertex.start[0] = {0, 0, -kRodRadius};
+  vertex.end[0] = {beside * kRodRadius, 0, 3 * kRodRadius};
+  const FloatVector side{0, 0, -1};
   MetFeature met;
   meet_capsule(
       vertex, make_rod({0, 0, 0}, {0, 0, 1}), 0, was_met ? &side : nullptr,
       [&](float) { return Outward(feature_of(vertex)); }, met);
-  CHECK(met.gap == Approx(-4 * kRadius));
+  CHECK(met.gap == Approx(-4 * kRodRadius));
   CHECK(met.normal.z == Approx(-1));
 }
 
@@ -77,11 +77,11 @@ TEST_CASE("feature meeting: what was before a tip goes back there", "[unit]") {
 TEST_CASE("feature meeting: a tip above a triangle pushes it down", "[unit]") {
   const float height = GENERATE(0.02F, 0.5F, 1.2F);  // of the radius
   const FeatureCorners triangle = make_triangle({0, 0, 1});
-  const SweptCapsule rod = make_rod({0, 0, height * kRadius}, {0, 0, 1});
+  const SweptCapsule rod = make_rod({0, 0, height * kRodRadius}, {0, 0, 1});
   const auto unknown = [&](float) { return Outward(feature_of(triangle)); };
   MetFeature met;
   meet_capsule(triangle, rod, 0, nullptr, unknown, met);
-  CHECK(met.gap == Approx((height - 1) * kRadius).margin(1e-8));
+  CHECK(met.gap == Approx((height - 1) * kRodRadius).margin(1e-8));
   CHECK(met.normal.z == Approx(-1));
 }
 
@@ -90,8 +90,8 @@ TEST_CASE("feature meeting: from within its tissue a surface is met only by who 
           "[unit]") {
   const bool is_swept = GENERATE(false, true);
   const FeatureCorners triangle = make_triangle({0, 0, -1});
-  const PlacedCapsule far{{0, 0, 4 * kRadius}, kRadius, {0, 0, 1}};
-  const PlacedCapsule near{{0, 0, 0.5F * kRadius}, kRadius, {0, 0, 1}};
+  const PlacedCapsule far{{0, 0, 4 * kRodRadius}, kRodRadius, {0, 0, 1}};
+  const PlacedCapsule near{{0, 0, 0.5F * kRodRadius}, kRodRadius, {0, 0, 1}};
   const SweptCapsule tip{is_swept ? far : near, near};
   const auto outward_of = [&](float way) {
     return [&triangle, way](float share) {
@@ -102,7 +102,7 @@ TEST_CASE("feature meeting: from within its tissue a surface is met only by who 
       return outward;
     };
   };
-  const Vector side{0, 0, -1};
+  const FloatVector side{0, 0, -1};
   MetFeature met;
   meet_capsule(triangle, tip, 0, nullptr, outward_of(1), met);
   CHECK(!(met.gap < kInfinity));
@@ -112,7 +112,7 @@ TEST_CASE("feature meeting: from within its tissue a surface is met only by who 
   SECTION("one outside") {
     meet_capsule(triangle, tip, 0, nullptr, outward_of(-1), met);
   }
-  CHECK(met.gap == Approx(-0.5F * kRadius));
+  CHECK(met.gap == Approx(-0.5F * kRodRadius));
   CHECK(met.normal.z == Approx(-1));
 }
 
@@ -124,22 +124,22 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
   std::mt19937 random(7);
   std::uniform_real_distribution<float> sign(-1, 1);
   const auto any = [&](float size) {
-    return Vector{size * sign(random), size * sign(random), size * sign(random)};
+    return FloatVector{size * sign(random), size * sign(random), size * sign(random)};
   };
   const int count = GENERATE(1, 2, 3);
   int followed = 0, kept = 0, with_fixed = 0;
   for (int trial = 0; trial < 4000; ++trial) {
     SweptCapsule rod = make_rod({0, 0, -1e-3F}, {0, 0, 1e-3F});
-    const Vector way_of_rod = any(0.2F * kRadius);
+    const FloatVector way_of_rod = any(0.2F * kRodRadius);
     rod.before = rod.now.moved(-1.0F * way_of_rod);
     FeatureCorners corners;
     corners.count = count;
-    Vector bases[3], ways[3], starts[3];
+    FloatVector bases[3], ways[3], starts[3];
     for (int k = 0; k < count; ++k) {
       corners.places[k] = k;
       corners.start[k] = corners.end[k] = bases[k] = any(2e-3F);
-      ways[k] = any(1.2F * kRadius);
-      starts[k] = any(kRadius);
+      ways[k] = any(1.2F * kRodRadius);
+      starts[k] = any(kRodRadius);
     }
     const auto base = [&](Index place) { return bases[place]; };
     const auto start = [&](Index place) { return starts[place]; };
@@ -158,7 +158,7 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
     for (int k = 0; k < count; ++k) {
       corners.end[k] = bases[k] + ways[k];
     }
-    const Vector shift = any(0.2F * kRadius);
+    const FloatVector shift = any(0.2F * kRodRadius);
     const PlacedCapsule axis = rod.moved(shift).now;
     const Meeting nearest = meet(count, corners.end, axis.start, axis.end);
     const float height = dot(nearest.away, met.normal);
@@ -169,9 +169,9 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
     CHECK(contact.multiplier == Approx(2 * dot(before.normal, contact.normal)));
     CHECK(contact.stiffness == 3);
     CHECK(std::abs(dot(contact.friction, contact.normal)) < 1e-5F);
-    if (nearest.distance < kInfinity && height > 2 * kOnAxis * kRadius) {
+    if (nearest.distance < kInfinity && height > 2 * kOnAxis * kRodRadius) {
       ++followed;
-      Vector sum, slip;
+      FloatVector sum, slip;
       float fixed_inside = 0;  // m, that others need not make good
       for (int k = 0; k < count; ++k) {
         sum = sum + contact.weights[k] * ways[k];
@@ -183,10 +183,10 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
       slip = slip - way_of_rod - shift;
       slip = slip - dot(slip, contact.normal) * contact.normal;
       const ContactReading<float> reading = read_plane(contact, sum - shift);
-      CHECK(reading.gap == Approx(nearest.distance - kRadius - fixed_inside).margin(2e-8));
+      CHECK(reading.gap == Approx(nearest.distance - kRodRadius - fixed_inside).margin(2e-8));
       CHECK(length(reading.slip - slip) < 2e-8F);
-      const Vector centre = between(rod.now.start, rod.now.end, nearest.share);
-      CHECK(length(contact.point - centre) == Approx(kRadius));  // without the shift
+      const FloatVector centre = between(rod.now.start, rod.now.end, nearest.share);
+      CHECK(length(contact.point - centre) == Approx(kRodRadius));  // without the shift
       with_fixed += fixed_inside < 0 ? 1 : 0;
     } else if (!(nearest.distance < kInfinity) || height < 0) {
       ++kept;

@@ -21,8 +21,10 @@
 #include "tests/support/catch.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/fibre_program.h"
+#include "tests/support/largest_distance.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -31,11 +33,13 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::kSoftEdge;
+using testing::largest_distance;
+using testing::Recipe;
 using testing::run;
 
-constexpr std::array<Index, 3> kCells{6, 2, 2};
-constexpr double kLength = kCells[0] * kSoftEdge;
-constexpr double kModulus = 20e3;  // Pa, of fibres; of the matrix half of that
+constexpr std::array<Index, 3> kFibreCells{6, 2, 2};
+constexpr double kFibreLength = kFibreCells[0] * kSoftEdge;
+constexpr double kFibreModulus = 20e3;  // Pa, of fibres; of the matrix half of that
 const Eigen::Vector3f kAlong(1, 0, 0), kAcross(0, 1, 0);
 
 Material matrix() {
@@ -43,10 +47,10 @@ Material matrix() {
 }
 
 // A strip along x that nothing holds or weighs down.
-Scene make_strip(const Eigen::Vector3f& direction, double stiffness) {
+Scene make_fibre_strip(const Eigen::Vector3f& direction, double stiffness) {
   Scene scene;
   scene.set_gravity(Eigen::Vector3f::Zero());
-  scene.add_body("strip", testing::make_box(kCells, kSoftEdge), matrix());
+  scene.add_body("strip", testing::make_box(kFibreCells, kSoftEdge), matrix());
   scene.set_fibres(
       0, std::vector<Fibre>(scene.tets().size(), {direction, static_cast<float>(stiffness)}));
   return scene;
@@ -61,7 +65,7 @@ std::vector<Eigen::Vector3f> ends_pulled(const Scene& scene, double stress) {
   for (const Tet& tet : scene.tets()) {
     for (const auto& [a, b, c] : kTetTriangles) {
       const std::array<Index, 3> face{tet[a], tet[b], tet[c]};
-      for (const double end : {0.0, kLength}) {
+      for (const double end : {0.0, kFibreLength}) {
         if (std::ranges::all_of(face, [&](Index v) { return std::abs(x[v].x() - end) < 1e-9; })) {
           const double area = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]).norm() / 2;
           for (const Index v : face) {
@@ -85,12 +89,7 @@ std::vector<Index> all_vertices(const Scene& scene) {
   return vertices;
 }
 
-struct Recipe {
-  const char* name;
-  SolverOptions options;
-};
-
-Recipe any_recipe() {
+Recipe any_fibre_recipe() {
   return GENERATE(
       Recipe{"default", {.damping = 30}},
       Recipe{"vertex blocks",
@@ -116,31 +115,24 @@ double stretch_of(const Scene& scene, const SolverOptions& options, double stres
     if (scene.positions()[v].x() < 1e-9) {
       first += x[v].x();
       ++ends;
-    } else if (scene.positions()[v].x() > kLength - 1e-9) {
+    } else if (scene.positions()[v].x() > kFibreLength - 1e-9) {
       last += x[v].x();
     }
   }
-  return (last - first) / (ends * kLength);
-}
-
-double largest_distance(const bench::Positions& a, const std::vector<Eigen::Vector3f>& b) {
-  double largest = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) {
-    largest = std::max(largest, (a[v] - b[v].cast<double>()).norm());
-  }
-  return largest;
+  return (last - first) / (ends * kFibreLength);
 }
 
 // A bar of oblique fibres that is held at its start and sags.
 constexpr float kStiff = 100e3F;  // Pa
 Scene make_oblique_bar() {
-  Scene scene = testing::make_bar(matrix(), kCells);
+  Scene scene = testing::make_bar(matrix(), kFibreCells);
   scene.set_fibres(0, std::vector<Fibre>(scene.tets().size(),
                                          {Eigen::Vector3f(2, 1, 0.5F).normalized(), kStiff}));
   return scene;
 }
 
-float distance(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b) {
+float farthest_between(const std::vector<Eigen::Vector3f>& a,
+                       const std::vector<Eigen::Vector3f>& b) {
   float largest = 0;
   for (std::size_t v = 0; v < a.size(); ++v) {
     largest = std::max(largest, (a[v] - b[v]).norm());
@@ -183,11 +175,12 @@ SolverOptions strict(SolverMethod method, const Executor& executor) {
 // Would catch fibres of a wrong stiffness, of a wrong measure of length or of a wrong volume, in
 // each method.
 TEST_CASE("fibres: a strip pulled along them stretches as its closed form", "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_fibre_recipe();
   INFO(recipe.name);
   const bench::NeoHookeanModuli moduli(matrix());
-  const double stress = bench::uniaxial_stress(moduli, kModulus, 1.25);
-  const double stretch = stretch_of(make_strip(kAlong, kModulus), recipe.options, stress);
+  const double stress = bench::uniaxial_stress(moduli, kFibreModulus, 1.25);
+  const double stretch =
+      stretch_of(make_fibre_strip(kAlong, kFibreModulus), recipe.options, stress);
   CHECK(stretch - 1 == Approx(0.25).epsilon(0.01));
   // fibres count: without, it would be twice as long
   CHECK(bench::uniaxial_stretch(moduli, 0, stress) > 1.5);
@@ -195,22 +188,22 @@ TEST_CASE("fibres: a strip pulled along them stretches as its closed form", "[pr
 
 // Would catch fibres that push, and fibres that resist what does not lengthen them.
 TEST_CASE("fibres: tissue pulled across or pushed along them is as without", "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_fibre_recipe();
   INFO(recipe.name);
   const double pull = bench::uniaxial_stress(bench::NeoHookeanModuli(matrix()), 0, 1.25);
-  CHECK(stretch_of(make_strip(kAcross, kModulus), recipe.options, pull) - 1 ==
+  CHECK(stretch_of(make_fibre_strip(kAcross, kFibreModulus), recipe.options, pull) - 1 ==
         Approx(0.25).epsilon(0.01));
   constexpr float kForce = 0.1F;  // N, which shortens the block by 7 %
   const auto rest = block_under(recipe.options, kStiff, 0);
   const auto pushed = block_under(recipe.options, 0, -kForce);
-  const float way = distance(pushed, rest);
-  CHECK(distance(block_under(recipe.options, kStiff, -kForce), pushed) < 0.02F * way);
-  CHECK(distance(block_under(recipe.options, kStiff, kForce), rest) < 0.5F * way);
+  const float way = farthest_between(pushed, rest);
+  CHECK(farthest_between(block_under(recipe.options, kStiff, -kForce), pushed) < 0.02F * way);
+  CHECK(farthest_between(block_under(recipe.options, kStiff, kForce), rest) < 0.5F * way);
 }
 
 // Would catch directions that are taken in the wrong frame, and what couples stretch and shear.
 TEST_CASE("fibres: a bar with oblique ones rests where a static solution has it", "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_fibre_recipe();
   INFO(recipe.name);
   Scene scene = make_oblique_bar();
   scene.set_gravity({0, -30, 0});
@@ -229,7 +222,7 @@ TEST_CASE("fibres: a bar with oblique ones rests where a static solution has it"
 
 // Would catch the term left out, or of the area at rest; and forces that are none of a convergence.
 TEST_CASE("fibres: stress of an even stretch has its closed form", "[unit]") {
-  Scene scene = make_strip(Eigen::Vector3f(1, 2, -2) / 3, kModulus);
+  Scene scene = make_fibre_strip(Eigen::Vector3f(1, 2, -2) / 3, kFibreModulus);
   Scene plain = scene;
   plain.set_fibres(0, std::vector<Fibre>(scene.tets().size()));
   Eigen::Matrix3d stretch;
@@ -244,7 +237,7 @@ TEST_CASE("fibres: stress of an even stretch has its closed form", "[unit]") {
   const Eigen::Vector3d along = stretch * Eigen::Vector3d(1, 2, -2) / 3;
   REQUIRE(along.norm() > 1);
   const Eigen::Matrix3d expected =
-      kModulus * (1 - 1 / along.norm()) / stretch.determinant() * along * along.transpose();
+      kFibreModulus * (1 - 1 / along.norm()) / stretch.determinant() * along * along.transpose();
   const std::array<Index, 2> tets{3, 17};
   for (std::size_t i = 0; i < 2; ++i) {
     const Eigen::Matrix3d found =
@@ -307,7 +300,7 @@ TEST_CASE("fibres: a device has the serial bits, through edits and undo", "[prop
 // an undo that does, and one that comes where there was none: against a solver that has them from
 // the start.
 TEST_CASE("fibres: edits bring, change and take them, and undo does it back", "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_fibre_recipe();
   INFO(recipe.name);
   const Scene with = make_oblique_bar();
   Scene without = with;
@@ -323,7 +316,7 @@ TEST_CASE("fibres: edits bring, change and take them, and undo does it back", "[
     return solver.positions();
   };
   const auto taut = rest_of(with), slack = rest_of(without);
-  const float apart = distance(taut, slack);
+  const float apart = farthest_between(taut, slack);
   REQUIRE(apart > 1e-4F);
 
   Solver solver(without, recipe.options);
@@ -336,10 +329,10 @@ TEST_CASE("fibres: edits bring, change and take them, and undo does it back", "[
   CHECK(solver.state_hash() == before);
   solver.tissue().apply(bring);
   run(solver, 400, 2e-3F);
-  CHECK(distance(solver.positions(), taut) < 0.03F * apart);
+  CHECK(farthest_between(solver.positions(), taut) < 0.03F * apart);
   solver.tissue().apply(take);
   run(solver, 400, 2e-3F);
-  CHECK(distance(solver.positions(), slack) < 0.03F * apart);
+  CHECK(farthest_between(solver.positions(), slack) < 0.03F * apart);
 }
 
 // Would catch fibres of parts that are longer or stiffer than those of the whole, and a compaction
@@ -385,7 +378,7 @@ TEST_CASE("fibres: parts of a tetrahedron and compacted tissue have them", "[pro
   solver.set_gravity(Eigen::Vector3f::Zero());
   solver.step(1e-4F);
   const auto moved = solver.positions();
-  const Eigen::AlignedBox3d box = bounding_box(testing::make_box(kCells, kSoftEdge, 0.1));
+  const Eigen::AlignedBox3d box = bounding_box(testing::make_box(kFibreCells, kSoftEdge, 0.1));
   float within = 0, without = 0;
   for (std::size_t v = 0; v < x.size(); ++v) {
     const Eigen::Vector3d& at = solver.tissue().rest_positions()[v];
@@ -403,7 +396,7 @@ TEST_CASE("fibres: automatic substeps follow them", "[unit]") {
   options.coarse_correction = CoarseCorrection::off;
   options.iterations = 1;
   const double wave = 10e3 * 0.6 / (1.4 * 0.2);  // Pa, of pressure in the matrix
-  Scene scene = make_strip(kAlong, 0);
+  Scene scene = make_fibre_strip(kAlong, 0);
   Solver solver(scene, options);
   const int soft = solver.step(5e-3F).substeps;
   solver.tissue().apply({.fibres = {{5, {kAlong, static_cast<float>(24 * wave)}}}});
@@ -412,13 +405,13 @@ TEST_CASE("fibres: automatic substeps follow them", "[unit]") {
   CHECK(stiff <= 6 * soft);
   solver.tissue().undo();
   CHECK(solver.step(5e-3F).substeps == soft);
-  Solver at_start(make_strip(kAlong, 24 * wave), options);
+  Solver at_start(make_fibre_strip(kAlong, 24 * wave), options);
   CHECK(std::abs(at_start.step(5e-3F).substeps - stiff) <= 1);
 }
 
 // Would catch fibres that nothing has, and some that are taken in silence.
 TEST_CASE("fibres: says what it refuses, and changes nothing", "[unit]") {
-  Scene scene = make_strip(kAlong, 0);
+  Scene scene = make_fibre_strip(kAlong, 0);
   scene.add_body("springs", testing::make_box({1, 1, 1}, kSoftEdge), testing::kSprings);
   const auto count = static_cast<std::size_t>(scene.body(0).tet_count);
   const float nan = std::numeric_limits<float>::quiet_NaN();

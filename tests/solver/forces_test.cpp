@@ -19,6 +19,7 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/instruction_set.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -29,17 +30,13 @@ using testing::ContainsSubstring;
 using testing::kSoftEdge;
 using testing::make_bar;
 using testing::neo_hookean;
+using testing::Recipe;
 using testing::run;
 
 constexpr float kDrag = 30;  // 1/s, near critical
 
 // The methods that need no numbers of a test, each with those that bring it to rest.
-struct Recipe {
-  const char* name;
-  SolverOptions options;
-};
-
-Recipe any_recipe() {
+Recipe any_loaded_recipe() {
   return GENERATE(
       Recipe{"default", {.damping = kDrag}},
       Recipe{"default, BDF2", {.damping = kDrag, .integration = TimeIntegration::bdf2}},
@@ -103,7 +100,7 @@ Scene make_two_blocks() {
 // Would catch a force that acts in some substeps only, or that a start of sweeps forgets: the block
 // would come to rest elsewhere.
 TEST_CASE("forces: a pulled block rests where a static solution has it", "[property][long]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   INFO(recipe.name);
   const Scene scene = [] {
     Scene block;
@@ -143,7 +140,7 @@ TEST_CASE("forces: a pulled block rests where a static solution has it", "[prope
 
 // Would catch an inverse mass too many or too few: the weight of an end load is no share of mass.
 TEST_CASE("forces: a bar under an end load stretches as Hooke says", "[property][long]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   INFO(recipe.name);
   constexpr double kModulus = 20e3;  // Pa
   const std::array<Index, 3> cells{8, 2, 2};
@@ -183,7 +180,7 @@ TEST_CASE("forces: a bar under an end load stretches as Hooke says", "[property]
 // Would catch a force that is scaled by a substep's length, or an impulse in place of a force.
 TEST_CASE("forces: what nothing holds speeds up by F / m, and falls as in that gravity",
           "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   INFO(recipe.name);
   SolverOptions options = recipe.options;
   options.damping = 0;
@@ -205,7 +202,7 @@ TEST_CASE("forces: what nothing holds speeds up by F / m, and falls as in that g
 
 // Would catch a gravity that only the first step reads, or another start of sweeps' own.
 TEST_CASE("forces: gravity turned at run time moves the rest as one set before", "[unit]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   INFO(recipe.name);
   const Eigen::Vector3f turned(0, 0, 9.81F);
   Scene scene = make_bar(neo_hookean(10e3F, 0.3F), {4, 2, 2});
@@ -227,7 +224,7 @@ TEST_CASE("forces: gravity turned at run time moves the rest as one set before",
 
 // Would catch a gravity that is of all bodies, of the first, or of places in place of vertices.
 TEST_CASE("forces: a body's own gravity moves it as one of all would, and no other", "[unit]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   INFO(recipe.name);
   const Scene scene = make_two_blocks();
   const Eigen::Vector3f own(5, -9.81F, 0);
@@ -255,7 +252,7 @@ TEST_CASE("forces: a body's own gravity moves it as one of all would, and no oth
 
 // Would catch a cost or a rounding where nothing is used: bits would differ.
 TEST_CASE("forces: forces of zero, and gravity as it is, change no bit", "[unit]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   INFO(recipe.name);
   const Scene scene = make_two_blocks();
   SolverOptions options = recipe.options;
@@ -282,7 +279,7 @@ TEST_CASE("forces: forces of zero, and gravity as it is, change no bit", "[unit]
 // of sums of its own.
 TEST_CASE("forces: the serial bits on any number of threads and any instruction set",
           "[equivalence]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_loaded_recipe();
   const std::string set = GENERATE("AVX-512", "AVX2", "SSSE3");
   const testing::InstructionSet only(set);
   const bool has_field = GENERATE(false, true);

@@ -25,7 +25,7 @@ using testing::neo_hookean;
 using testing::run;
 using testing::vertex_options;
 
-constexpr double kEdge = 5e-3;
+constexpr double kPieceEdge = 5e-3;
 
 struct Momentum {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // kg m/s
@@ -63,7 +63,7 @@ std::vector<Index> all_vertices(const Solver& solver) {
 
 void add_block(Scene& scene, const Material& material, const Eigen::Vector3d& at,
                std::array<Index, 3> cells = {6, 6, 6}) {
-  const TetMesh mesh = testing::make_box(cells, kEdge);
+  const TetMesh mesh = testing::make_box(cells, kPieceEdge);
   std::vector<Eigen::Vector3d> positions(mesh.positions().begin(), mesh.positions().end());
   for (Eigen::Vector3d& x : positions) {
     x += at;
@@ -182,7 +182,7 @@ TEST_CASE("free piece: follows cuts, undo, links, new bodies and compactions", "
     for (const Index v : scene.tets()[t]) {
       x += scene.positions()[v].x() / 4;
     }
-    if (x > 2 * kEdge && x < 3 * kEdge) {
+    if (x > 2 * kPieceEdge && x < 3 * kPieceEdge) {
       slice.push_back(t);
     }
   }
@@ -196,7 +196,7 @@ TEST_CASE("free piece: follows cuts, undo, links, new bodies and compactions", "
   // the part that came off spins on
   std::vector<Index> part;
   for (Index v = 0; v < scene.bodies()[0].vertex_count; ++v) {
-    if (scene.positions()[v].x() > 2.5 * kEdge) {
+    if (scene.positions()[v].x() > 2.5 * kPieceEdge) {
       part.push_back(v);
     }
   }
@@ -216,7 +216,8 @@ TEST_CASE("free piece: follows cuts, undo, links, new bodies and compactions", "
   compaction.finish(solver);
   CHECK(free_count(solver) == 2);
   TopologyEdit edit;
-  edit.new_bodies.add_body("new", testing::make_box({2, 2, 2}, kEdge), neo_hookean(2e4F, 0.4F));
+  edit.new_bodies.add_body("new", testing::make_box({2, 2, 2}, kPieceEdge),
+                           neo_hookean(2e4F, 0.4F));
   solver.tissue().apply(edit);
   CHECK(free_count(solver) == 3);
 }

@@ -4,24 +4,25 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/solver/cube_of_masses.h"
 #include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kCubeMass;
+using testing::kHalfCubeEdge;
 using Vector = Vec3<double>;
 
-constexpr double kMass = 0.008;  // kg, of a cube
-constexpr double kHalf = 0.01;   // m, of its edge
-constexpr double kStiffness = 100 * kMass;
+constexpr double kStiffness = 100 * kCubeMass;
 
 // Eight masses at the corners of a cube around the origin, all gone too far by the same.
 RigidBody cube(double mass, const Vector& too_far) {
   MomentumSums sums;
-  for (const double x : {-kHalf, kHalf}) {
-    for (const double y : {-kHalf, kHalf}) {
-      for (const double z : {-kHalf, kHalf}) {
+  for (const double x : {-kHalfCubeEdge, kHalfCubeEdge}) {
+    for (const double y : {-kHalfCubeEdge, kHalfCubeEdge}) {
+      for (const double z : {-kHalfCubeEdge, kHalfCubeEdge}) {
         sums.add(mass / 8, {x, y, z}, too_far);
       }
     }
@@ -37,9 +38,10 @@ RigidContact below(const Vector& arm, double gap, const Vector& slip, double pus
 // Four at the corners between the first cube, which is above, and the second.
 std::vector<GroupContact> between(double gap, const Vector& slip, double push, double friction) {
   std::vector<GroupContact> contacts;
-  for (const double x : {-kHalf, kHalf}) {
-    for (const double y : {-kHalf, kHalf}) {
-      contacts.push_back({below({x, y, -kHalf}, gap, slip, push, friction), 0, 1, {x, y, kHalf}});
+  for (const double x : {-kHalfCubeEdge, kHalfCubeEdge}) {
+    for (const double y : {-kHalfCubeEdge, kHalfCubeEdge}) {
+      contacts.push_back(
+          {below({x, y, -kHalfCubeEdge}, gap, slip, push, friction), 0, 1, {x, y, kHalfCubeEdge}});
     }
   }
   return contacts;
@@ -54,25 +56,25 @@ double norm(const Vector& v) {
 // Would catch a force that acts on one of two, or twice: the springs between two masses that near
 // each other have a closed form.
 TEST_CASE("group balance: a contact gives to one what it takes from the other", "[unit]") {
-  const double down = 2e-4, gap = -4e-4, push = 1e-5, other_mass = 3 * kMass;
-  const std::vector bodies{cube(kMass, {0, 0, -down}), cube(other_mass, {0, 0, 0})};
+  const double down = 2e-4, gap = -4e-4, push = 1e-5, other_mass = 3 * kCubeMass;
+  const std::vector bodies{cube(kCubeMass, {0, 0, -down}), cube(other_mass, {0, 0, 0})};
   const std::vector<GroupContact> contacts = between(gap, {0, 0, 0}, push, 0);
 
   const GroupScrews twists = GroupBalance(bodies, contacts).twists();
 
   const Vector upper = twists.of(0).linear, lower = twists.of(1).linear;
   // m1 (q1 - down) = f, m2 q2 = -f, f = 4 (push - k (gap + q1 - q2))
-  const double yield = 1 / kMass + 1 / other_mass;
+  const double yield = 1 / kCubeMass + 1 / other_mass;
   const double force = 4 * (push - kStiffness * (gap + down)) / (1 + 4 * kStiffness * yield);
   CHECK(force > 0);
-  CHECK(upper.z == Approx(down + force / kMass));
+  CHECK(upper.z == Approx(down + force / kCubeMass));
   CHECK(lower.z == Approx(-force / other_mass));
   CHECK(norm(twists.of(0).angular) + norm(twists.of(1).angular) < 1e-9);
 }
 
 // Would catch a contact that pulls.
 TEST_CASE("group balance: what no contact pushes goes as it flies", "[unit]") {
-  const std::vector bodies{cube(kMass, {1e-3, 0, -2e-3}), cube(kMass, {0, 3e-3, 0})};
+  const std::vector bodies{cube(kCubeMass, {1e-3, 0, -2e-3}), cube(kCubeMass, {0, 3e-3, 0})};
   const std::vector<GroupContact> contacts = between(0.1, {0, 0, 0}, 0, 0.3);
 
   const GroupScrews twists = GroupBalance(bodies, contacts).twists();
@@ -85,8 +87,8 @@ TEST_CASE("group balance: what no contact pushes goes as it flies", "[unit]") {
 // Would catch friction beyond its cone, on one of two alone, or of another direction.
 TEST_CASE("group balance: what slides on another is slowed by the cone, and takes it along",
           "[unit]") {
-  const double push = 1e-5, friction = 0.3, slip = 1e-2, heavy = 10 * kMass;
-  const std::vector bodies{cube(kMass, {0, 0, 0}), cube(heavy, {0, 0, 0})};
+  const double push = 1e-5, friction = 0.3, slip = 1e-2, heavy = 10 * kCubeMass;
+  const std::vector bodies{cube(kCubeMass, {0, 0, 0}), cube(heavy, {0, 0, 0})};
   std::vector<GroupContact> contacts = between(0, {slip, 0, 0}, push, friction);
   // held from below and above, so that the pushes stay
   for (GroupContact& contact : contacts) {
@@ -95,7 +97,7 @@ TEST_CASE("group balance: what slides on another is slowed by the cone, and take
 
   const GroupScrews twists = GroupBalance(bodies, contacts).twists();
 
-  const double drag = kMass * twists.of(0).linear.x, other_drag = heavy * twists.of(1).linear.x;
+  const double drag = kCubeMass * twists.of(0).linear.x, other_drag = heavy * twists.of(1).linear.x;
   CHECK(drag + other_drag == Approx(0).margin(1e-9 * push));
   CHECK(std::abs(drag) < 4 * friction * push * 1.01);
   CHECK(std::abs(drag) > 0.9 * 4 * kStiffness * 1e-6 * slip);
@@ -106,7 +108,9 @@ TEST_CASE("group balance: pieces that touch only what stands move as each by its
   const auto sums_of = [](const Vector& too_far) {
     MomentumSums sums;
     for (int i = 0; i < 8; ++i) {
-      sums.add(kMass / 8, {i & 1 ? kHalf : -kHalf, i & 2 ? kHalf : -kHalf, i & 4 ? kHalf : -kHalf},
+      sums.add(kCubeMass / 8,
+               {i & 1 ? kHalfCubeEdge : -kHalfCubeEdge, i & 2 ? kHalfCubeEdge : -kHalfCubeEdge,
+                i & 4 ? kHalfCubeEdge : -kHalfCubeEdge},
                too_far + Vector{0, 0, i * 1e-5});
     }
     return sums;
@@ -115,8 +119,9 @@ TEST_CASE("group balance: pieces that touch only what stands move as each by its
   const std::vector bodies{RigidBody(sums[0]), RigidBody(sums[1])};
   std::vector<GroupContact> contacts;
   std::vector<RigidContact> alone;
-  for (const double x : {-kHalf, 0.5 * kHalf, kHalf}) {
-    alone.push_back(below({x, x * x / kHalf, -kHalf}, -1e-4, {1e-5, 0, 0}, 1e-5, 0.3));
+  for (const double x : {-kHalfCubeEdge, 0.5 * kHalfCubeEdge, kHalfCubeEdge}) {
+    alone.push_back(
+        below({x, x * x / kHalfCubeEdge, -kHalfCubeEdge}, -1e-4, {1e-5, 0, 0}, 1e-5, 0.3));
     contacts.push_back({alone.back(), 0});
     contacts.push_back({alone.back(), 1});
   }

@@ -17,26 +17,25 @@ namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::kSoftEdge;
 
-constexpr double kEdge = 4e-3;
-
-Material tissue() {
+Material soft_tissue() {
   return {.model = ElasticModel::neo_hookean, .youngs_modulus = 5000, .poissons_ratio = 0.45F};
 }
 
 // A bar along x, by default free and without gravity.
-Scene make_bar(const Material& material, std::array<Index, 3> cells = {6, 2, 2},
-               bool fixed = false) {
+Scene make_free_bar(const Material& material, std::array<Index, 3> cells = {6, 2, 2},
+                    bool fixed = false) {
   Scene scene;
-  scene.add_body("bar", testing::make_box(cells, kEdge, 0.1), material);
+  scene.add_body("bar", testing::make_box(cells, kSoftEdge, 0.1), material);
   scene.set_gravity(Eigen::Vector3f::Zero());
   if (fixed) {
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   }
   return scene;
 }
 
-Index count(const StepPlan& plan, PhaseKind kind) {
+Index count_phases(const StepPlan& plan, PhaseKind kind) {
   Index result = 0;
   for (const Phase& phase : plan.phases) {
     result += phase.kind == kind;
@@ -61,20 +60,22 @@ double shape_error(const Scene& scene, const Solver& solver) {
 TEST_CASE("material: a neo-hookean body has its tetrahedra alone, whatever the composition",
           "[unit]") {
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
-  Material limited = tissue();
+  Material limited = soft_tissue();
   limited.max_stretch = 1.5F;
-  Scene scene = make_bar(limited);
-  scene.add_body("springs", testing::make_box({2, 2, 2}, kEdge), testing::kSprings);
+  Scene scene = make_free_bar(limited);
+  scene.add_body("springs", testing::make_box({2, 2, 2}, kSoftEdge), testing::kSprings);
   const Solver solver(scene, testing::small_steps({.composition = composition}));
   const StepPlan& plan = solver.plan();
-  CHECK(count(plan, PhaseKind::neo_hookean) >= 24);  // tetrahedra at an inner vertex
-  CHECK(count(plan, PhaseKind::strain_limit) >= 14);
+  CHECK(count_phases(plan, PhaseKind::neo_hookean) >= 24);  // tetrahedra at an inner vertex
+  CHECK(count_phases(plan, PhaseKind::strain_limit) >= 14);
   CHECK(plan.phases.back().kind == PhaseKind::strain_limit);
   CHECK(plan.phases.front().kind != PhaseKind::neo_hookean);  // the springs come first
-  CHECK(count(Solver(make_bar(tissue()), testing::small_steps()).plan(), PhaseKind::strain_limit) ==
-        0);
-  CHECK(count(Solver(make_bar(tissue()), testing::small_steps()).plan(), PhaseKind::distance) == 0);
-  CHECK(count(Solver(make_bar(tissue()), testing::small_steps()).plan(), PhaseKind::volume) == 0);
+  CHECK(count_phases(Solver(make_free_bar(soft_tissue()), testing::small_steps()).plan(),
+                     PhaseKind::strain_limit) == 0);
+  CHECK(count_phases(Solver(make_free_bar(soft_tissue()), testing::small_steps()).plan(),
+                     PhaseKind::distance) == 0);
+  CHECK(count_phases(Solver(make_free_bar(soft_tissue()), testing::small_steps()).plan(),
+                     PhaseKind::volume) == 0);
 
   CHECK(solver.tissue().is_edge_alive(0));
   CHECK_THROWS_WITH(solver.rest_length(0), ContainsSubstring("Neo-Hookean"));
@@ -83,17 +84,17 @@ TEST_CASE("material: a neo-hookean body has its tetrahedra alone, whatever the c
 }
 
 TEST_CASE("material: a neo-hookean body needs the compliance mode", "[unit]") {
-  CHECK_THROWS_WITH(Solver(make_bar(tissue()), SolverOptions::paper()),
+  CHECK_THROWS_WITH(Solver(make_free_bar(soft_tissue()), SolverOptions::paper()),
                     ContainsSubstring("body 'bar' is Neo-Hookean"));
 }
 
 TEST_CASE("material: a neo-hookean body at rest stays, and reports its volumes", "[unit]") {
-  const Scene scene = make_bar(tissue());
+  const Scene scene = make_free_bar(soft_tissue());
   Solver solver(scene, testing::small_steps());
   for (int i = 0; i < 20; ++i) {
     solver.step(0.01F);
   }
-  CHECK(shape_error(scene, solver) < 1e-4 * kEdge);
+  CHECK(shape_error(scene, solver) < 1e-4 * kSoftEdge);
 
   auto x = solver.positions();
   for (Eigen::Vector3f& p : x) {
@@ -112,10 +113,10 @@ TEST_CASE("material: a neo-hookean body at rest stays, and reports its volumes",
 
 TEST_CASE("material: neo-hookean steps have the serial bits, on any number of threads",
           "[golden]") {
-  Material material = tissue();
+  Material material = soft_tissue();
   material.max_stretch = 1.3F;
   material.damping = GENERATE(0.0F, 0.01F);
-  Scene scene = make_bar(material, {6, 2, 2}, true);
+  Scene scene = make_free_bar(material, {6, 2, 2}, true);
   scene.set_gravity({0, -9.81F, 0});
   const auto run = [&](const Executor& executor, MathMode math) {
     Solver solver(scene,
@@ -143,7 +144,7 @@ TEST_CASE("material: no edge stays longer than its limit", "[property]") {
                     .stretch = {0.01F, 1e3F},
                     .volume = {0.01F, 1},
                     .max_stretch = 1.1F};
-  const Scene scene = make_bar(material);
+  const Scene scene = make_free_bar(material);
   Solver solver(scene, testing::small_steps({.mode = mode, .substeps = 1, .iterations = 300}));
   auto x = solver.positions();
   for (Eigen::Vector3f& p : x) {

@@ -12,6 +12,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
@@ -26,15 +27,14 @@ using testing::gravity_on;
 using testing::kBlockCells;
 using testing::kBlockEdge;
 using testing::kBlockMass;
+using testing::kContactThickness;
 using testing::kGravity;
+using testing::kUsualStep;
 using testing::make_free_block;
 using testing::placed_box;
 using testing::run;
 using testing::tissue;
 using testing::vertex_blocks;
-
-constexpr float kThickness = 0.5e-3F;
-constexpr float kStep = 5e-3F;
 
 // m, on average over its vertices.
 Vector3d mean_of_body(const Solver& solver, Index body) {
@@ -82,7 +82,7 @@ void give_velocity(Solver& solver, Index body, const Vector3f& velocity) {
 Scene make_block_on_body(double length) {
   constexpr double kCell = 20e-3;
   const auto cells = static_cast<Index>(std::ceil(length / kCell));
-  Scene scene = make_free_block(Affine3d(Translation3d(0, 0, kThickness)));
+  Scene scene = make_free_block(Affine3d(Translation3d(0, 0, kContactThickness)));
   const BodyId table = scene.add_body(
       "table",
       placed_box({cells + 2, 4, 1}, kCell, Affine3d(Translation3d(-kCell, -kCell, -kCell))),
@@ -104,15 +104,15 @@ TEST_CASE("meeting pieces: a block slides down a tilted body as it must", "[vali
   Scene scene = make_block_on_body(acceleration / 2);
   scene.set_gravity(gravity_on(slope).cwiseProduct(Vector3f::UnitZ()));
   Solver solver(scene, vertex_blocks(integration));
-  solver.set_body_contact(0, 1, {kThickness, friction});
-  run(solver, kStep, 0.5F);
+  solver.set_body_contact(0, 1, {kContactThickness, friction});
+  run(solver, kUsualStep, 0.5F);
   const double before = mean_of_body(solver, 0).x();
   solver.set_gravity(gravity_on(slope));
 
   Vector3d force = Vector3d::Zero();
   double lowest = 1;
   for (int i = 0; i < 200; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     force += force_between(solver, 0, 1) / 200;
     for (const Index v : solver.tissue().vertices_of(0)) {
       lowest = std::min(lowest, static_cast<double>(solver.positions()[v].z()));
@@ -123,7 +123,7 @@ TEST_CASE("meeting pieces: a block slides down a tilted body as it must", "[vali
   const double weight = kBlockMass * kGravity * std::cos(slope);
   CHECK(force.z() == Approx(weight).epsilon(0.01));
   CHECK(force.x() == Approx(-friction * weight).epsilon(0.01));
-  CHECK(lowest > kThickness - 1e-2 * kBlockEdge);
+  CHECK(lowest > kContactThickness - 1e-2 * kBlockEdge);
 }
 
 // Would catch friction that creeps, or a rigid motion that breaks it loose.
@@ -134,11 +134,11 @@ TEST_CASE("meeting pieces: below the angle of friction a block stays on a body",
   Scene scene = make_block_on_body(20e-3);
   scene.set_gravity(gravity_on(0.95F * std::atan(kFriction)));
   Solver solver(scene, vertex_blocks(integration));
-  solver.set_body_contact(0, 1, {kThickness, kFriction});
-  run(solver, kStep, 1);
+  solver.set_body_contact(0, 1, {kContactThickness, kFriction});
+  run(solver, kUsualStep, 1);
   const Vector3d before = mean_of_body(solver, 0);
 
-  run(solver, kStep, 1);
+  run(solver, kUsualStep, 1);
 
   CHECK((mean_of_body(solver, 0) - before).norm() < 0.01 * kBlockEdge);
   const Vector3d weight = kBlockMass * scene.gravity().cast<double>();
@@ -153,12 +153,12 @@ TEST_CASE("meeting pieces: a block that is pushed along a body stops after v^2 /
   CAPTURE(static_cast<int>(integration));
   constexpr double kDistance = kSpeed * kSpeed / (2 * kFriction * kGravity);
   Solver solver(make_block_on_body(kDistance), vertex_blocks(integration));
-  solver.set_body_contact(0, 1, {kThickness, kFriction});
-  run(solver, kStep, 0.5F);
+  solver.set_body_contact(0, 1, {kContactThickness, kFriction});
+  run(solver, kUsualStep, 0.5F);
   const double before = mean_of_body(solver, 0).x();
   give_velocity(solver, 0, {kSpeed, 0, 0});
 
-  run(solver, kStep, 1);
+  run(solver, kUsualStep, 1);
 
   CHECK(mean_of_body(solver, 0).x() - before == Approx(kDistance).epsilon(0.02));
   for (const Vector3f& velocity : solver.velocities()) {
@@ -175,11 +175,11 @@ TEST_CASE("meeting pieces: two bodies that slide on each other end as momentum h
   constexpr float kFriction = 0.3F, kSpeed = 0.35F, kShort = 1e-3F;
   constexpr double kPlateMass = 8e-3;  // kg
   const double plate_height = 2 * kBlockEdge;
-  Scene scene = make_free_block(Affine3d(Translation3d(0, 0, plate_height + kThickness)));
+  Scene scene = make_free_block(Affine3d(Translation3d(0, 0, plate_height + kContactThickness)));
   scene.add_body("plate", placed_box({8, 4, 2}, kBlockEdge, Affine3d::Identity()), tissue());
   Solver solver(scene, vertex_blocks(integration));
   solver.add_half_space({}, 0);
-  solver.set_body_contact(0, 1, {kThickness, kFriction});
+  solver.set_body_contact(0, 1, {kContactThickness, kFriction});
   run(solver, kShort, 0.5F);
   give_velocity(solver, 0, {kSpeed, 0, 0});
   const double start = mean_of_body(solver, 0).x() - mean_of_body(solver, 1).x();
@@ -212,13 +212,13 @@ TEST_CASE("meeting pieces: two bodies that collide at an angle keep their moment
                  tissue(60e3F));
   scene.set_gravity(Vector3f::Zero());
   Solver solver(scene, vertex_blocks(integration));
-  solver.set_body_contact(0, 1, {kThickness, 0.4F});
+  solver.set_body_contact(0, 1, {kContactThickness, 0.4F});
   give_velocity(solver, 0, {0.2F, 0.1F, 0.02F});
   const Vector3d before = momentum_of_body(solver, 0) + momentum_of_body(solver, 1);
   bool has_met = false;
 
   for (int i = 0; i < 60; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     has_met = has_met || force_between(solver, 1, 0).norm() > 0;
     const Vector3d now = momentum_of_body(solver, 0) + momentum_of_body(solver, 1);
     REQUIRE((now - before).norm() < 1e-5 * before.norm());
@@ -238,23 +238,23 @@ TEST_CASE("meeting pieces: of a stack on a table the upper block stays, or slide
   constexpr float kFriction = 0.3F;
   const float slope = share * std::atan(kFriction);
   const double plate_height = 2 * kBlockEdge;
-  Scene scene = make_free_block(Affine3d(Translation3d(0, 0, plate_height + kThickness)));
+  Scene scene = make_free_block(Affine3d(Translation3d(0, 0, plate_height + kContactThickness)));
   scene.add_body("plate", placed_box({10, 4, 2}, kBlockEdge, Affine3d::Identity()), tissue());
   scene.set_gravity(gravity_on(slope).cwiseProduct(Vector3f::UnitZ()));
   Solver solver(scene, vertex_blocks(integration));
   const ToolId table = solver.add_half_space({}, 2 * kFriction);
-  solver.set_body_contact(0, 1, {kThickness, kFriction});
-  run(solver, kStep, 0.5F);
+  solver.set_body_contact(0, 1, {kContactThickness, kFriction});
+  run(solver, kUsualStep, 0.5F);
   solver.set_gravity(gravity_on(slope));
   if (share < 1) {
-    run(solver, kStep, 0.5F);
+    run(solver, kUsualStep, 0.5F);
   }
   const Vector3d upper = mean_of_body(solver, 0), lower = mean_of_body(solver, 1);
   const int steps = share < 1 ? 200 : 40;
 
-  run(solver, kStep, static_cast<float>(steps) * kStep);
+  run(solver, kUsualStep, static_cast<float>(steps) * kUsualStep);
 
-  const double time = steps * kStep;
+  const double time = steps * kUsualStep;
   const double gone = mean_of_body(solver, 0).x() - upper.x();
   CHECK((mean_of_body(solver, 1) - lower).norm() < 0.01 * kBlockEdge);
   if (share < 1) {
@@ -285,13 +285,13 @@ TEST_CASE("meeting pieces: any number of threads has the serial bits, and a snap
     scene.set_gravity(gravity_on(0.6F));
     Solver solver(scene, options);
     solver.add_half_space({}, 0.3F);
-    solver.set_body_contact(0, 1, {kThickness, 0.3F});
+    solver.set_body_contact(0, 1, {kContactThickness, 0.3F});
     for (int i = 0; i < 40; ++i) {
-      solver.step(kStep);
+      solver.step(kUsualStep);
       if (restores && i == 25) {
         const Snapshot snapshot = solver.snapshot();
         CHECK(!snapshot.body_contacts.empty());
-        solver.step(kStep);
+        solver.step(kUsualStep);
         solver.restore(snapshot);
       }
     }

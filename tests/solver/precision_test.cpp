@@ -10,14 +10,14 @@
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::kSoftEdge;
-
-constexpr double kDensity = 1000;  // kg/m^3, the default of Material
+using testing::kUsualDensity;
 
 TetMesh moved_box(const std::array<Index, 3>& cells, const Eigen::Vector3d& way) {
   const TetMesh box = testing::make_box(cells, kSoftEdge, 0.1);
@@ -32,7 +32,7 @@ std::vector<double> masses_of(const Scene& scene) {
   std::vector<double> masses(scene.positions().size(), 0);
   for (const Tet& tet : scene.tets()) {
     for (const Index v : tet) {
-      masses[v] += kDensity * tet_volume(scene.positions(), tet) / 4;
+      masses[v] += kUsualDensity * tet_volume(scene.positions(), tet) / 4;
     }
   }
   return masses;

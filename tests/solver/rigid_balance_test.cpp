@@ -8,24 +8,24 @@
 
 #include "pbdsurg/base/random.h"
 
+#include "tests/solver/cube_of_masses.h"
 #include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kCubeMass;
+using testing::kHalfCubeEdge;
 using Vector = Vec3<double>;
-
-constexpr double kMass = 0.008;  // kg, of a cube
-constexpr double kHalf = 0.01;   // m, of its edge
 
 // Eight equal masses at the corners of a cube around the origin, all gone too far by the same.
 MomentumSums cube(const Vector& too_far) {
   MomentumSums sums;
-  for (const double x : {-kHalf, kHalf}) {
-    for (const double y : {-kHalf, kHalf}) {
-      for (const double z : {-kHalf, kHalf}) {
-        sums.add(kMass / 8, {x, y, z}, too_far);
+  for (const double x : {-kHalfCubeEdge, kHalfCubeEdge}) {
+    for (const double y : {-kHalfCubeEdge, kHalfCubeEdge}) {
+      for (const double z : {-kHalfCubeEdge, kHalfCubeEdge}) {
+        sums.add(kCubeMass / 8, {x, y, z}, too_far);
       }
     }
   }
@@ -34,7 +34,7 @@ MomentumSums cube(const Vector& too_far) {
 
 // Below the centre, of a plane that looks up.
 RigidContact contact_below(double gap, const Vector& slip, const ContactForce<double>& before) {
-  return {{0, 0, -kHalf}, {0, 0, 1}, {gap, slip}, before, 0.3, 100 * kMass};
+  return {{0, 0, -kHalfCubeEdge}, {0, 0, 1}, {gap, slip}, before, 0.3, 100 * kCubeMass};
 }
 
 Screw twist_of(const MomentumSums& sums, const std::vector<RigidContact>& contacts) {
@@ -68,7 +68,7 @@ TEST_CASE("rigid balance: one contact below the centre has a closed form", "[uni
   const Screw twist = twist_of(cube({0, 0, up}), {contact});
 
   const double k = contact.stiffness;
-  CHECK(twist.linear.z == Approx((push - k * gap - kMass * up) / (k + kMass)));
+  CHECK(twist.linear.z == Approx((push - k * gap - kCubeMass * up) / (k + kCubeMass)));
   CHECK(std::fabs(twist.linear.x) < 1e-12);
 }
 
@@ -78,18 +78,18 @@ TEST_CASE("rigid balance: friction bears what its cone allows, no more", "[unit]
   // four contacts at the corners below, so that little turns
   const auto twist_for = [&](double along) {
     std::vector<RigidContact> contacts;
-    for (const double x : {-kHalf, kHalf}) {
-      for (const double y : {-kHalf, kHalf}) {
+    for (const double x : {-kHalfCubeEdge, kHalfCubeEdge}) {
+      for (const double y : {-kHalfCubeEdge, kHalfCubeEdge}) {
         contacts.push_back(contact_below(0, {0, 0, 0}, {push / 4, {0, 0, 0}}));
         contacts.back().arm = {x, y, 0};  // through the centre
       }
     }
-    return twist_of(cube({along, 0, push / kMass}), contacts);
+    return twist_of(cube({along, 0, push / kCubeMass}), contacts);
   };
-  const double limit = 0.3 * push / kMass;  // m, that the cone bears
-  const double k = 4 * 100 * kMass;
+  const double limit = 0.3 * push / kCubeMass;  // m, that the cone bears
+  const double k = 4 * 100 * kCubeMass;
 
-  CHECK(twist_for(-0.5 * limit).linear.x == Approx(0.5 * limit * kMass / (k + kMass)));
+  CHECK(twist_for(-0.5 * limit).linear.x == Approx(0.5 * limit * kCubeMass / (k + kCubeMass)));
   CHECK(twist_for(-5 * limit).linear.x == Approx(4 * limit));
   CHECK(twist_for(5 * limit).linear.x == Approx(-4 * limit));
 }
@@ -108,17 +108,18 @@ TEST_CASE("rigid balance: random contacts are balanced", "[unit]") {
     for (int i = 0; i < 12; ++i) {
       contacts.push_back(contact_below(random(-1e-4, 1e-4), {random(-1e-4, 1e-4), 0, 0},
                                        {random(0, 1e-6), {0, 0, 0}}));
-      contacts.back().arm = {random(-kHalf, kHalf), random(-kHalf, kHalf), -kHalf};
+      contacts.back().arm = {random(-kHalfCubeEdge, kHalfCubeEdge),
+                             random(-kHalfCubeEdge, kHalfCubeEdge), -kHalfCubeEdge};
       contacts.back().friction = random(0, 1);
-      contacts.back().stiffness = random(1, 100) * kMass;
+      contacts.back().stiffness = random(1, 100) * kCubeMass;
     }
     CAPTURE(trial);
 
     const Screw twist = twist_of(sums, contacts);
 
-    const double inertia = kMass * 2 * kHalf * kHalf;
-    Vector force = kMass * (too_far + twist.linear), moment = inertia * twist.angular;
-    double most = kMass * std::sqrt(dot(too_far, too_far));
+    const double inertia = kCubeMass * 2 * kHalfCubeEdge * kHalfCubeEdge;
+    Vector force = kCubeMass * (too_far + twist.linear), moment = inertia * twist.angular;
+    double most = kCubeMass * std::sqrt(dot(too_far, too_far));
     for (const RigidContact& c : contacts) {
       const Vector move = twist.linear + cross(twist.angular, c.arm);
       const double pushed = std::max(0.0, c.force.push - c.stiffness * (c.reading.gap + move.z));
@@ -130,21 +131,21 @@ TEST_CASE("rigid balance: random contacts are balanced", "[unit]") {
       moment = moment - cross(c.arm, sum);
     }
     CHECK(std::sqrt(dot(force, force)) < 1e-3 * most);
-    CHECK(std::sqrt(dot(moment, moment)) < 1e-3 * most * kHalf);
+    CHECK(std::sqrt(dot(moment, moment)) < 1e-3 * most * kHalfCubeEdge);
   }
 }
 
 // Would catch a division by the inertia of what has none.
 TEST_CASE("rigid balance: a single vertex does not turn", "[unit]") {
   MomentumSums sums;
-  sums.add(kMass, {0.1, 0.2, 0.3}, {0, 0, 1e-3});
+  sums.add(kCubeMass, {0.1, 0.2, 0.3}, {0, 0, 1e-3});
   RigidContact contact = contact_below(-1e-4, {0, 0, 0}, {0, {0, 0, 0}});
   contact.arm = {0, 0, 0};
 
   const Screw twist = twist_of(sums, {contact});
 
   CHECK(twist.linear.z ==
-        Approx((contact.stiffness * 1e-4 - kMass * 1e-3) / (contact.stiffness + kMass)));
+        Approx((contact.stiffness * 1e-4 - kCubeMass * 1e-3) / (contact.stiffness + kCubeMass)));
   CHECK(dot(twist.angular, twist.angular) == 0);
 }
 

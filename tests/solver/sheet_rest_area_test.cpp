@@ -16,38 +16,32 @@
 #include "tests/support/inspect.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/solver_digest.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
 namespace {
 
+using testing::any_sweeping_method;
 using testing::Approx;
 using testing::check_refused;
 using testing::digest_of;
 using testing::inspect;
+using testing::kSheetEdge;
+using testing::kUsualStep;
 using testing::run;
 using testing::SheetMesh;
-
-constexpr double kEdge = 4e-3;  // m
-constexpr float kStep = 5e-3F;  // s
-
-SolverMethod any_method() {
-  return GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
-}
+using testing::small_serial_steps;
 
 // A square without weight, and without a place where it must be.
 Scene make_square(double scale = 1) {
-  const SheetMesh mesh = testing::make_sheet({6, 6}, scale * kEdge, 0.2);
+  const SheetMesh mesh = testing::make_sheet({6, 6}, scale * kSheetEdge, 0.2);
   Scene scene;
   scene.add_sheet("square", mesh.positions, mesh.triangles,
                   {.youngs_modulus = 50e3F, .damping = 1e-4F});
   scene.set_gravity({0, 0, 0});
   return scene;
-}
-
-SolverOptions options_of(SolverMethod method) {
-  return testing::small_steps({.method = method, .executor = executor::serial()});
 }
 
 // All triangles, to a share of their area.
@@ -74,23 +68,23 @@ double area_of(const Solver& solver) {
 // follow, and an undo that leaves some of it behind.
 TEST_CASE("sheet rest area: a sheet comes to rest with the area that it has at rest",
           "[property]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const Scene scene = make_square();
   Solver solver(scene, {.method = method, .damping = 20, .executor = executor::serial()});
   const double whole = area_of(solver);
-  CHECK(whole == Approx(36 * kEdge * kEdge));
+  CHECK(whole == Approx(36 * kSheetEdge * kSheetEdge));
   const auto side = [&] {
     const auto x = solver.positions();
     return double{(x.back() - x.front()).norm()} / std::sqrt(2);
   };
   solver.tissue().apply(shrinking(solver, 0.64F));
-  run(solver, 200, kStep);
+  run(solver, 200, kUsualStep);
   CHECK(area_of(solver) == Approx(0.64 * whole).epsilon(0.002));
-  CHECK(side() == Approx(0.8 * 6 * kEdge).epsilon(0.001));
+  CHECK(side() == Approx(0.8 * 6 * kSheetEdge).epsilon(0.001));
   solver.tissue().undo();
-  run(solver, 200, kStep);
+  run(solver, 200, kUsualStep);
   CHECK(area_of(solver) == Approx(whole).epsilon(0.002));
-  CHECK(side() == Approx(6 * kEdge).epsilon(0.001));
+  CHECK(side() == Approx(6 * kSheetEdge).epsilon(0.001));
 }
 
 // Would catch a patch that pulls at the sheet around it by another strain than its own: a disc in a
@@ -98,7 +92,7 @@ TEST_CASE("sheet rest area: a sheet comes to rest with the area that it has at r
 // would be shorter by a share e without it, is left with a radial displacement -u(a) of
 // e a (1 + nu) / 2 (1 - (a/b)^2): Timoshenko and Goodier 1951, "Theory of Elasticity", section 28.
 TEST_CASE("sheet rest area: a patch that shrinks draws in what is around it", "[property]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   constexpr Index kRings = 16, kInner = 8;
   constexpr double kRadius = 16 * 1.5e-3, kShare = 0.01;  // m, of lengths
   const SheetMesh mesh = testing::make_disc(kRings, kRadius);
@@ -121,7 +115,7 @@ TEST_CASE("sheet rest area: a patch that shrinks draws in what is around it", "[
     }
   }
   solver.tissue().apply(edit);
-  run(solver, 400, kStep);
+  run(solver, 400, kUsualStep);
   const auto x = solver.positions();
   double sum = 0;
   int count = 0;
@@ -141,9 +135,9 @@ TEST_CASE("sheet rest area: a patch that shrinks draws in what is around it", "[
 
 // Would catch moduli, friction or hinges that are not those of a sheet that was made so small.
 TEST_CASE("sheet rest area: a shrunk sheet is as one that was made as small", "[equivalence]") {
-  const SolverMethod method = any_method();
-  Solver shrunk(make_square(), options_of(method));
-  const Solver small(make_square(0.8), options_of(method));
+  const SolverMethod method = any_sweeping_method();
+  Solver shrunk(make_square(), small_serial_steps(method));
+  const Solver small(make_square(0.8), small_serial_steps(method));
   const std::uint64_t before = digest_of(inspect(shrunk));
   shrunk.tissue().apply(shrinking(shrunk, 0.64F));
   CHECK(shrunk.rest_area(5) == Approx(small.rest_area(5)));
@@ -176,8 +170,8 @@ TEST_CASE("sheet rest area: a shrunk sheet is as one that was made as small", "[
 // Would catch areas that get lost, or get to others, where triangles stiffen, part, go or are
 // compacted.
 TEST_CASE("sheet rest area: goes along with triangles", "[unit]") {
-  const SolverMethod method = any_method();
-  Solver solver(make_square(), options_of(method));
+  const SolverMethod method = any_sweeping_method();
+  Solver solver(make_square(), small_serial_steps(method));
   TopologyEdit edit = testing::rip_vertex(solver, 16);
   REQUIRE(!edit.triangle_moves.empty());
   const Index moved = edit.triangle_moves[0].triangle;
@@ -200,33 +194,33 @@ TEST_CASE("sheet rest area: goes along with triangles", "[unit]") {
   CHECK(digest_of(inspect(solver)) == before);
   CHECK(solver.rest_area(gone) == at_first);
   solver.tissue().apply(edit);
-  run(solver, 4, kStep);
+  run(solver, 4, kUsualStep);
   const auto numbers = inspect(solver).sets.numbers_of_triangle(moved);
   Compaction compaction(solver);
   compaction.build();
   const Renumbering ids = compaction.finish(solver);
   CHECK(inspect(solver).sets.numbers_of_triangle(ids.triangles[static_cast<std::size_t>(moved)]) ==
         numbers);
-  REQUIRE(testing::run(solver, 4, kStep).non_finite_vertices == 0);
+  REQUIRE(testing::run(solver, 4, kUsualStep).non_finite_vertices == 0);
 }
 
 // Would catch hinges that stay pulls where a sheet gets too thick for its triangles, and are then
 // stiffer than they should be; or that stay angles, at five times the cost.
 TEST_CASE("sheet rest area: hinges are pulls where the sheet is thin", "[unit]") {
   const auto made = [](float thickness) {
-    const SheetMesh mesh = testing::make_sheet({6, 6}, kEdge, 0.2);
+    const SheetMesh mesh = testing::make_sheet({6, 6}, kSheetEdge, 0.2);
     Scene scene;
     scene.add_sheet("square", mesh.positions, mesh.triangles, {.thickness = thickness});
-    return Solver(scene, options_of(SolverMethod::vertex_block));
+    return Solver(scene, small_serial_steps(SolverMethod::vertex_block));
   };
   const auto with_angle = [](const Solver& solver) {
     return std::ranges::count_if(inspect(solver).vertex_blocks.hinges(),
                                  [](const VertexHinge& hinge) { return hinge.stiffness > 0; });
   };
-  Solver thin = made(0.1F * static_cast<float>(kEdge));
+  Solver thin = made(0.1F * static_cast<float>(kSheetEdge));
   const auto all = static_cast<std::ptrdiff_t>(thin.tissue().hinges().size());
   CHECK(with_angle(thin) == 0);
-  CHECK(with_angle(made(static_cast<float>(kEdge))) == all);
+  CHECK(with_angle(made(static_cast<float>(kSheetEdge))) == all);
   thin.tissue().apply(shrinking(thin, 0.03F));
   CHECK(with_angle(thin) == all);
   thin.tissue().undo();
@@ -235,7 +229,7 @@ TEST_CASE("sheet rest area: hinges are pulls where the sheet is thin", "[unit]")
 
 // Would catch an area that nothing can have, and one that is taken in silence.
 TEST_CASE("sheet rest area: says what it refuses, and changes nothing", "[unit]") {
-  Solver solver(make_square(), options_of(SolverMethod::projection));
+  Solver solver(make_square(), small_serial_steps(SolverMethod::projection));
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinite = std::numeric_limits<float>::infinity();
   const auto refuse = [&](const TopologyEdit& edit, const char* what) {

@@ -17,27 +17,26 @@
 #include "tests/support/inspect.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/solver_digest.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
 namespace {
 
+using testing::any_sweeping_method;
 using testing::Approx;
 using testing::check_refused;
 using testing::digest_of;
 using testing::inspect;
+using testing::kSheetEdge;
+using testing::kUsualStep;
 using testing::run;
 using testing::SheetMesh;
+using testing::small_serial_steps;
 
-constexpr double kEdge = 4e-3;  // m
-constexpr std::array<Index, 2> kCells{8, 3};
-constexpr double kLength = kCells[0] * kEdge;
-constexpr float kStep = 5e-3F;  // s
-
-SolverMethod any_method() {
-  return GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
-}
+constexpr std::array<Index, 2> kSheetCells{8, 3};
+constexpr double kSheetLength = kSheetCells[0] * kSheetEdge;
 
 SheetMaterial material(float poissons_ratio = 0.45F) {
   return {.youngs_modulus = 50e3F, .poissons_ratio = poissons_ratio, .damping = 1e-3F};
@@ -45,7 +44,7 @@ SheetMaterial material(float poissons_ratio = 0.45F) {
 
 // A strip along x without weight.
 Scene make_strip(const SheetMaterial& sheet = material(), double jitter = 0) {
-  const SheetMesh mesh = testing::make_sheet(kCells, kEdge, jitter);
+  const SheetMesh mesh = testing::make_sheet(kSheetCells, kSheetEdge, jitter);
   Scene scene;
   scene.add_sheet("strip", mesh.positions, mesh.triangles, sheet);
   scene.set_gravity({0, 0, 0});
@@ -53,11 +52,11 @@ Scene make_strip(const SheetMaterial& sheet = material(), double jitter = 0) {
 }
 
 // [triangle] those of the outer half.
-std::vector<float> stiff_half(const Scene& scene, float factor) {
+std::vector<float> stiff_half_of_sheet(const Scene& scene, float factor) {
   std::vector<float> factors;
   for (const auto& [a, b, c] : scene.triangles()) {
     const auto x = scene.positions();
-    factors.push_back((x[a] + x[b] + x[c]).x() / 3 > kLength / 2 ? factor : 1);
+    factors.push_back((x[a] + x[b] + x[c]).x() / 3 > kSheetLength / 2 ? factor : 1);
   }
   return factors;
 }
@@ -71,16 +70,12 @@ std::vector<float> mixed(std::size_t count) {
   return factors;
 }
 
-TopologyEdit stiffening(const std::vector<float>& factors) {
+TopologyEdit sheet_stiffening(const std::vector<float>& factors) {
   TopologyEdit edit;
   for (std::size_t t = 0; t < factors.size(); ++t) {
     edit.triangle_stiffnesses.push_back({static_cast<Index>(t), factors[t]});
   }
   return edit;
-}
-
-SolverOptions options_of(SolverMethod method) {
-  return testing::small_steps({.method = method, .executor = executor::serial()});
 }
 
 // Of all its triangles and hinges.
@@ -127,40 +122,40 @@ void check_vertex_rows(const Solver& solver) {
 // Would catch moduli that a method reads from the sheet, at the start or once they change, and an
 // undo that leaves some of it behind: two springs in series.
 TEST_CASE("sheet stiffness: halves of a strip stretch as their moduli say", "[property]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const bool from_start = GENERATE(true, false);
   SheetMaterial sheet = material(0);
   sheet.damping = 0;
   Scene scene = make_strip(sheet);
   scene.fix_where(0, [](const Eigen::Vector3d& x) {
-    return x.x() < 0.5 * kEdge || x.x() > kLength - 0.5 * kEdge;
+    return x.x() < 0.5 * kSheetEdge || x.x() > kSheetLength - 0.5 * kSheetEdge;
   });
-  const std::vector<float> factors = stiff_half(scene, 4);
+  const std::vector<float> factors = stiff_half_of_sheet(scene, 4);
   if (from_start) {
     scene.set_stiffnesses(0, factors);
   }
   Solver solver(scene, {.method = method, .damping = 20, .executor = executor::serial()});
-  constexpr float kWay = 0.01F * kLength;
+  constexpr float kWay = 0.01F * kSheetLength;
   std::vector<Eigen::Vector3f> x = solver.positions();
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].x() > kLength - 0.5 * kEdge) {
+    if (scene.positions()[v].x() > kSheetLength - 0.5 * kSheetEdge) {
       x[v].x() += kWay;
     }
   }
   solver.write_positions(x);
   const auto check_middle = [&](double share) {
-    run(solver, 300, kStep);
+    run(solver, 300, kUsualStep);
     const auto now = solver.positions();
     for (Index v = 0; v < scene.vertex_count(); ++v) {
       const double at = scene.positions()[v].x();
-      if (std::abs(at - kLength / 2) < 1e-6) {
+      if (std::abs(at - kSheetLength / 2) < 1e-6) {
         CHECK(now[v].x() - at == Approx(share * kWay).epsilon(0.02));
       }
     }
   };
   if (!from_start) {
     check_middle(0.5);
-    solver.tissue().apply(stiffening(factors));
+    solver.tissue().apply(sheet_stiffening(factors));
   }
   check_middle(0.8);
   if (!from_start) {
@@ -173,7 +168,7 @@ TEST_CASE("sheet stiffness: halves of a strip stretch as their moduli say", "[pr
 // along, and a substep that one of two sheets has alone.
 TEST_CASE("sheet stiffness: a sheet that is four times as stiff is one of four times the modulus",
           "[equivalence]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const auto moved = [&](const Scene& scene) {
     SolverOptions options{.method = method, .executor = executor::serial()};
     options.math = MathMode::strict;
@@ -183,7 +178,7 @@ TEST_CASE("sheet stiffness: a sheet that is four times as stiff is one of four t
       velocities.emplace_back(x.x() * 3, 0, 20 * x.x() * x.x() + x.y());
     }
     solver.write_velocities(velocities);
-    run(solver, 20, kStep);
+    run(solver, 20, kUsualStep);
     return solver.state_hash();
   };
   SheetMaterial stiff = material();
@@ -198,9 +193,9 @@ TEST_CASE("sheet stiffness: a sheet that is four times as stiff is one of four t
 TEST_CASE("sheet stiffness: a hinge is as stiff as both its triangles in the mean", "[unit]") {
   Scene scene = make_strip();
   const std::vector<float> factors = mixed(scene.triangles().size());
-  const Solver plain(scene, options_of(SolverMethod::projection));
+  const Solver plain(scene, small_serial_steps(SolverMethod::projection));
   scene.set_stiffnesses(0, factors);
-  const Solver solver(scene, options_of(SolverMethod::projection));
+  const Solver solver(scene, small_serial_steps(SolverMethod::projection));
   for (Index h = 0; h < static_cast<Index>(scene.hinges().size()); ++h) {
     const auto& hinge = scene.hinges()[static_cast<std::size_t>(h)].vertices;
     double sum = 0;
@@ -218,17 +213,17 @@ TEST_CASE("sheet stiffness: a hinge is as stiff as both its triangles in the mea
 
 // Would catch an edit that leaves constraints, rows or substeps of a method as they were.
 TEST_CASE("sheet stiffness: an edited solver is as one that is made anew", "[equivalence]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   Scene scene = make_strip(material(), 0.2);
-  Solver edited(scene, options_of(method));
+  Solver edited(scene, small_serial_steps(method));
   const std::uint64_t before = digest_of(inspect(edited));
   const std::vector<float> factors = mixed(scene.triangles().size());
-  edited.tissue().apply(stiffening(factors));
+  edited.tissue().apply(sheet_stiffening(factors));
   CHECK(edited.tissue().triangle_stiffness(1) == factors[1]);
   check_vertex_rows(edited);
   scene.set_stiffnesses(0, factors);
-  check_same_numbers(edited, Solver(scene, options_of(method)));
-  check_same_numbers(edited, Solver(edited.tissue(), options_of(method)));
+  check_same_numbers(edited, Solver(scene, small_serial_steps(method)));
+  check_same_numbers(edited, Solver(edited.tissue(), small_serial_steps(method)));
   CHECK(digest_of(inspect(edited)) != before);
   edited.tissue().undo();
   CHECK(edited.tissue().triangle_stiffness(1) == 1);
@@ -238,14 +233,14 @@ TEST_CASE("sheet stiffness: an edited solver is as one that is made anew", "[equ
 // Would catch factors that get lost, or get to others, where triangles part, go, come or are
 // compacted.
 TEST_CASE("sheet stiffness: goes along with triangles", "[unit]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   Scene scene = make_strip(material(), 0.2), guests = make_strip(material());
   const std::vector<float> factors = mixed(scene.triangles().size());
   scene.set_stiffnesses(0, factors);
   Scene both;
   both.append(scene);
   CHECK(std::ranges::equal(both.triangle_stiffnesses(), factors));
-  Solver solver(both, options_of(method));
+  Solver solver(both, small_serial_steps(method));
 
   // in one edit: it parts, and what moves and what goes is to be stiffer
   TopologyEdit rip = testing::rip_vertex(solver, 12);
@@ -257,12 +252,12 @@ TEST_CASE("sheet stiffness: goes along with triangles", "[unit]") {
   solver.tissue().apply(rip);
   CHECK(solver.tissue().triangle_stiffness(moved) == 7);
   check_vertex_rows(solver);
-  check_same_numbers(solver, Solver(solver.tissue(), options_of(method)));
+  check_same_numbers(solver, Solver(solver.tissue(), small_serial_steps(method)));
 
   // a body that comes
   TopologyEdit coming;
   Scene guest;
-  const SheetMesh disc = testing::make_disc(2, 2 * kEdge);
+  const SheetMesh disc = testing::make_disc(2, 2 * kSheetEdge);
   guest.add_sheet("guest", disc.positions, disc.triangles, material());
   const std::vector<float> of_guest = mixed(disc.triangles.size());
   guest.set_stiffnesses(0, of_guest);
@@ -273,7 +268,7 @@ TEST_CASE("sheet stiffness: goes along with triangles", "[unit]") {
     REQUIRE(solver.tissue().triangle_stiffness(first + static_cast<Index>(t)) == of_guest[t]);
   }
   check_vertex_rows(solver);
-  check_same_numbers(solver, Solver(solver.tissue(), options_of(method)));
+  check_same_numbers(solver, Solver(solver.tissue(), small_serial_steps(method)));
 
   std::vector<float> known;
   for (Index t = 0; t < static_cast<Index>(solver.tissue().triangles().size()); ++t) {
@@ -288,7 +283,7 @@ TEST_CASE("sheet stiffness: goes along with triangles", "[unit]") {
     }
   }
   CHECK(ids.triangles[static_cast<std::size_t>(gone)] == kInvalidIndex);
-  check_same_numbers(solver, Solver(solver.tissue(), options_of(method)));
+  check_same_numbers(solver, Solver(solver.tissue(), small_serial_steps(method)));
 }
 
 // Would catch a solver that steps a stiff sheet with the substeps of a soft one.
@@ -298,7 +293,7 @@ TEST_CASE("sheet stiffness: automatic substeps follow it", "[unit]") {
   const float soft = solver.plan().longest_substep;
   std::vector<float> factors(scene.triangles().size(), 1);
   factors[5] = 25;
-  solver.tissue().apply(stiffening(factors));
+  solver.tissue().apply(sheet_stiffening(factors));
   CHECK(solver.plan().longest_substep == Approx(soft / 5));
   solver.tissue().undo();
   CHECK(solver.plan().longest_substep == soft);
@@ -327,7 +322,7 @@ TEST_CASE("sheet stiffness: says what it refuses, and changes nothing", "[unit]"
   bad[7] = nan;
   refuse(bad, "triangle 7 is to be nan times");
 
-  Solver solver(scene, options_of(SolverMethod::projection));
+  Solver solver(scene, small_serial_steps(SolverMethod::projection));
   const auto refuse_edit = [&](const TopologyEdit& edit, const char* what) {
     const std::uint64_t version = solver.tissue().version();
     check_refused([&] { solver.tissue().apply(edit); }, what);

@@ -19,6 +19,7 @@
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/sheet_program.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -26,10 +27,9 @@ namespace {
 
 using testing::check_refused;
 using testing::inspect;
+using testing::kSheetEdge;
+using testing::kUsualStep;
 using testing::SheetMesh;
-
-constexpr double kEdge = 4e-3;  // m
-constexpr float kStep = 5e-3F;  // s
 
 }  // namespace
 
@@ -69,13 +69,13 @@ TEST_CASE("sheet: registers and threads give the serial bits", "[equivalence]") 
       serial.plan().phases, [](const Phase& phase) { return phase.kind == PhaseKind::membrane; });
   CHECK(has_phase == (options.method == SolverMethod::projection));
   for (int i = 0; i < 20; ++i) {
-    REQUIRE(serial.step(kStep).non_finite_vertices == 0);
+    REQUIRE(serial.step(kUsualStep).non_finite_vertices == 0);
   }
   for (const int threads : {1, 2, 3}) {
     options.executor = executor::threads(threads);
     Solver threaded(scene, options);
     for (int i = 0; i < 20; ++i) {
-      threaded.step(kStep);
+      threaded.step(kUsualStep);
     }
     CHECK(threaded.state_hash() == serial.state_hash());
   }
@@ -85,27 +85,27 @@ TEST_CASE("sheet: registers and threads give the serial bits", "[equivalence]") 
 // ball as large as the sheet.
 TEST_CASE("sheet: a crumpled one unfolds and stays finite", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const SheetMesh mesh = testing::make_sheet({6, 6}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({6, 6}, kSheetEdge);
   Scene scene;
   scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.damping = 1e-3F});
   scene.set_gravity({0, 0, 0});
   Solver solver(scene, {.method = method, .damping = 5, .executor = executor::threads(1)});
   std::vector<Eigen::Vector3f> crumpled;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    crumpled.emplace_back(static_cast<float>(6 * kEdge * random_unit(7, v, 0)),
-                          static_cast<float>(6 * kEdge * random_unit(7, v, 1)),
-                          static_cast<float>(6 * kEdge * random_unit(7, v, 2)));
+    crumpled.emplace_back(static_cast<float>(6 * kSheetEdge * random_unit(7, v, 0)),
+                          static_cast<float>(6 * kSheetEdge * random_unit(7, v, 1)),
+                          static_cast<float>(6 * kSheetEdge * random_unit(7, v, 2)));
   }
   solver.write_positions(crumpled);
   for (int i = 0; i < 200; ++i) {
-    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
   }
   const auto x = solver.positions();
   double area = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     area += (x[b] - x[a]).cross(x[c] - x[a]).norm() / 2;
   }
-  const double at_rest = 36 * kEdge * kEdge;
+  const double at_rest = 36 * kSheetEdge * kSheetEdge;
   CHECK(area > 0.95 * at_rest);
   CHECK(area < 1.05 * at_rest);
 }
@@ -114,7 +114,7 @@ TEST_CASE("sheet: a crumpled one unfolds and stays finite", "[unit]") {
 // that spins.
 TEST_CASE("sheet: a free one keeps its momentum", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const SheetMesh disc = testing::make_disc(4, 3 * kEdge);
+  const SheetMesh disc = testing::make_disc(4, 3 * kSheetEdge);
   Scene scene;
   scene.add_sheet("disc", disc.positions, disc.triangles, {.damping = 1e-3F});
   scene.set_gravity({0, 0, 0});
@@ -137,7 +137,7 @@ TEST_CASE("sheet: a free one keeps its momentum", "[unit]") {
   };
   const auto [linear, angular] = momenta();
   for (int i = 0; i < 40; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   const auto [linear_now, angular_now] = momenta();
   CHECK((linear_now - linear).norm() < 1e-4 * linear.norm());
@@ -148,18 +148,18 @@ TEST_CASE("sheet: a free one keeps its momentum", "[unit]") {
 TEST_CASE("sheet: sweeps leave next to no residual", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const float damping = GENERATE(0.0F, 1e-3F);
-  const SheetMesh mesh = testing::make_sheet({8, 8}, kEdge, 0.2);
+  const SheetMesh mesh = testing::make_sheet({8, 8}, kSheetEdge, 0.2);
   Scene scene;
   scene.add_sheet("sheet", mesh.positions, mesh.triangles,
                   {.youngs_modulus = 20e3F, .damping = damping});
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() > 7.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() > 7.5 * kSheetEdge; });
   Solver solver(
       scene,
       {.method = method, .substeps = 20, .iterations = 60, .executor = executor::threads(1)});
   for (int i = 0; i < 4; ++i) {  // it still swings
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
-  const Convergence sheet = solver.convergence(kStep)[0];
+  const Convergence sheet = solver.convergence(kUsualStep)[0];
   CHECK(sheet.vertex_count == 9 * 8);
   CHECK(sheet.residual < 0.01 * sheet.elastic);
 }
@@ -173,7 +173,7 @@ TEST_CASE("sheet: rips, loses triangles and is compacted in motion", "[unit]") {
   const Scene scene = testing::make_sheet_scene(1e-3F);
   Solver solver(scene, options);
   for (int i = 0; i < 4; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
   const Tissue& tissue = solver.tissue();
   const Index middle = 12 * 4 + 6;
@@ -186,7 +186,7 @@ TEST_CASE("sheet: rips, loses triangles and is compacted in motion", "[unit]") {
   solver.tissue().apply(edit);
   REQUIRE(!tissue.last_change().removed_hinges.empty());
   for (int i = 0; i < 4; ++i) {
-    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
   }
   CHECK(solver.state_hash(0) == solver.state_hash(1));
   const auto apart = [&] {
@@ -204,7 +204,7 @@ TEST_CASE("sheet: rips, loses triangles and is compacted in motion", "[unit]") {
   CHECK(ids.triangles[0] == kInvalidIndex);
   CHECK(inspect(solver).sets.numbers_of_triangle(ids.triangles[41]) == numbers);
   for (int i = 0; i < 4; ++i) {
-    REQUIRE(solver.step(kStep).non_finite_vertices == 0);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
   }
 }
 
@@ -212,8 +212,9 @@ TEST_CASE("sheet: rips, loses triangles and is compacted in motion", "[unit]") {
 // change, of vertices that move to another lane, at rims and where a sheet branches.
 TEST_CASE("sheet: fast arithmetic moves it as strict does, through edits", "[unit]") {
   Scene scene = testing::make_sheet_scene();
-  const std::vector<Eigen::Vector3d> cross{{0, 0, 0},      {kEdge, 0, 0},  {0, kEdge, 0},
-                                           {-kEdge, 0, 0}, {0, -kEdge, 0}, {0, 0, kEdge}};
+  const std::vector<Eigen::Vector3d> cross{{0, 0, 0},           {kSheetEdge, 0, 0},
+                                           {0, kSheetEdge, 0},  {-kSheetEdge, 0, 0},
+                                           {0, -kSheetEdge, 0}, {0, 0, kSheetEdge}};
   const std::vector<Triangle> leaves{{0, 5, 1}, {0, 5, 2}, {0, 5, 3}, {0, 5, 4}};
   scene.add_sheet("cross", cross, leaves, {});
   const auto make = [&](MathMode math) {
@@ -282,10 +283,10 @@ TEST_CASE("sheet: a device that hears of edits alone has the serial bits", "[equ
 
 // Would catch a way of solving that takes sheets and does them wrong.
 TEST_CASE("sheet: who cannot step them says so, of scenes and of edits", "[unit]") {
-  const SheetMesh mesh = testing::make_sheet({1, 1}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({1, 1}, kSheetEdge);
   Scene scene, other;
   scene.add_sheet("wall", mesh.positions, mesh.triangles);
-  other.add_body("block", testing::make_box({1, 1, 1}, kEdge), testing::kSprings);
+  other.add_body("block", testing::make_box({1, 1, 1}, kSheetEdge), testing::kSprings);
   TopologyEdit edit;
   edit.new_bodies = scene;
 
@@ -307,18 +308,18 @@ TEST_CASE("sheet: automatic substeps follow its waves", "[unit]") {
     scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.youngs_modulus = youngs_modulus});
     return Solver(scene, {.executor = executor::serial()}).plan().longest_substep;
   };
-  CHECK(longest(1e6F, kEdge) == testing::Approx(longest(1e5F, kEdge) / std::sqrt(10)));
-  CHECK(longest(1e5F, 2 * kEdge) == testing::Approx(2 * longest(1e5F, kEdge)));
+  CHECK(longest(1e6F, kSheetEdge) == testing::Approx(longest(1e5F, kSheetEdge) / std::sqrt(10)));
+  CHECK(longest(1e5F, 2 * kSheetEdge) == testing::Approx(2 * longest(1e5F, kSheetEdge)));
   // an equilateral triangle's edge, in plane stress, at 0.95 of the crossing time for one sweep
-  const double crossing = kEdge * std::sqrt(1000 * (1 - 0.45 * 0.45) / 1e5);
-  CHECK(longest(1e5F, kEdge) == testing::Approx(0.95 * std::sqrt(2) * crossing).epsilon(1e-3));
+  const double crossing = kSheetEdge * std::sqrt(1000 * (1 - 0.45 * 0.45) / 1e5);
+  CHECK(longest(1e5F, kSheetEdge) == testing::Approx(0.95 * std::sqrt(2) * crossing).epsilon(1e-3));
 }
 
 // Would catch phases, groups or rows that a scene pays for without sheets.
 TEST_CASE("sheet: a scene without has nothing of them", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge),
+  scene.add_body("block", testing::make_box({2, 2, 2}, kSheetEdge),
                  {.model = ElasticModel::neo_hookean});
   const Solver solver(scene,
                       testing::small_steps({.method = method, .executor = executor::serial()}));

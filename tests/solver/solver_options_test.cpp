@@ -14,10 +14,8 @@ namespace {
 
 using testing::ContainsSubstring;
 
-constexpr double kEdge = 1e-2;
-
 Scene make_soft_block() {
-  const TetMesh mesh = testing::make_box({2, 1, 1}, kEdge);
+  const TetMesh mesh = testing::make_box({2, 1, 1}, 1e-2);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 2e4));
   return scene;

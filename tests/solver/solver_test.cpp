@@ -17,16 +17,15 @@ namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
-
-constexpr double kEdge = 4e-3;
+using testing::kSoftEdge;
 
 // A bar along x, by default free and without gravity.
-Scene make_bar(bool fixed = false, std::array<Index, 3> cells = {8, 3, 3}) {
+Scene make_bar_of_springs(bool fixed = false, std::array<Index, 3> cells = {8, 3, 3}) {
   Scene scene;
-  scene.add_body("bar", testing::make_box(cells, kEdge, 0.1), testing::kSprings);
+  scene.add_body("bar", testing::make_box(cells, kSoftEdge, 0.1), testing::kSprings);
   scene.set_gravity(Eigen::Vector3f::Zero());
   if (fixed) {
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   }
   return scene;
 }
@@ -43,7 +42,7 @@ std::vector<Eigen::Vector3f> stretched(const Solver& solver, float factor) {
 
 TEST_CASE("solver: both modes pull a stretched bar back to rest", "[property]") {
   const auto options = GENERATE(SolverOptions::paper(), testing::small_steps({.damping = 5}));
-  const Scene scene = make_bar(true);
+  const Scene scene = make_bar_of_springs(true);
   Solver solver(scene, options);
   const std::vector<Eigen::Vector3f> rest = solver.positions();
   std::vector<Eigen::Vector3f> start = stretched(solver, 1.1F);
@@ -62,7 +61,7 @@ TEST_CASE("solver: both modes pull a stretched bar back to rest", "[property]") 
   for (std::size_t v = 0; v < rest.size(); ++v) {
     farthest = std::max(farthest, (now[v] - rest[v]).norm());
   }
-  CHECK(farthest < 1e-3 * kEdge);
+  CHECK(farthest < 1e-3 * kSoftEdge);
   CHECK(report.distance_residual < 1e-4F);
   CHECK(report.volume_residual < 1e-4F);
   CHECK(report.inverted_tets == 0);
@@ -72,7 +71,7 @@ TEST_CASE("solver: both modes pull a stretched bar back to rest", "[property]") 
 // Would catch any force without its reaction, in either mode.
 TEST_CASE("solver: a free body keeps its linear momentum", "[property]") {
   const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
-  const Scene scene = make_bar();
+  const Scene scene = make_bar_of_springs();
   Solver solver(scene, testing::small_steps({.mode = mode, .substeps = 4, .iterations = 3}));
   solver.write_positions(stretched(solver, 1.2F));
   for (int i = 0; i < 3; ++i) {
@@ -92,7 +91,7 @@ TEST_CASE("solver: a free body keeps its linear momentum", "[property]") {
 }
 
 TEST_CASE("solver: a spinning body keeps its angular momentum", "[property]") {
-  const Scene scene = make_bar();
+  const Scene scene = make_bar_of_springs();
   Solver solver(scene, testing::small_steps({.substeps = 10, .iterations = 4}));
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double mass = 0;
@@ -126,7 +125,7 @@ TEST_CASE("solver: a spinning body keeps its angular momentum", "[property]") {
 }
 
 TEST_CASE("solver: a free body falls as it should", "[unit]") {
-  Scene scene = make_bar();
+  Scene scene = make_bar_of_springs();
   scene.set_gravity({0, 0, -9.81F});
   Solver solver(scene, testing::small_steps({.substeps = 5}));
   const float before = solver.positions()[7].z();
@@ -144,7 +143,7 @@ TEST_CASE("solver: a rotated scene moves alike", "[property]") {
   const Eigen::Matrix3f rotation =
       Eigen::AngleAxisf(0.7F, Eigen::Vector3f(1, -2, 3).normalized()).toRotationMatrix();
   const auto run = [&](const Eigen::Matrix3f& frame) {
-    const TetMesh bar = testing::make_box({8, 3, 3}, kEdge, 0.1);
+    const TetMesh bar = testing::make_box({8, 3, 3}, kSoftEdge, 0.1);
     std::vector<Eigen::Vector3d> points;
     for (const Eigen::Vector3d& p : bar.positions()) {
       points.push_back(frame.cast<double>() * p);
@@ -154,7 +153,7 @@ TEST_CASE("solver: a rotated scene moves alike", "[property]") {
                    testing::kSprings);
     std::vector<Index> rim;
     for (Index v = 0; v < bar.vertex_count(); ++v) {
-      if (bar.positions()[v].x() < 0.5 * kEdge) {
+      if (bar.positions()[v].x() < 0.5 * kSoftEdge) {
         rim.push_back(v);
       }
     }
@@ -173,11 +172,11 @@ TEST_CASE("solver: a rotated scene moves alike", "[property]") {
   for (std::size_t v = 0; v < straight.size(); ++v) {
     farthest = std::max(farthest, (turned[v] - rotation * straight[v]).norm());
   }
-  CHECK(farthest < 1e-2F * static_cast<float>(kEdge));
+  CHECK(farthest < 1e-2F * static_cast<float>(kSoftEdge));
 }
 
 TEST_CASE("solver: fixed vertices stay, exactly", "[unit]") {
-  Scene scene = make_bar(true);
+  Scene scene = make_bar_of_springs(true);
   scene.set_gravity({0, -9.81F, 0});
   Solver solver(scene, testing::small_steps());
   const auto before = solver.positions();
@@ -199,7 +198,7 @@ TEST_CASE("solver: equal runs give equal bits, and a snapshot replays", "[golden
   const SolverOptions options =
       GENERATE(testing::small_steps(), SolverOptions::paper(),
                testing::small_steps({.iterations = 2, .composition = PlanComposition::joint}));
-  Scene scene = make_bar(true);
+  Scene scene = make_bar_of_springs(true);
   scene.set_gravity({0, -9.81F, 0});
   Solver first(scene, options), second(scene, options);
   for (int i = 0; i < 5; ++i) {
@@ -220,11 +219,11 @@ TEST_CASE("solver: equal runs give equal bits, and a snapshot replays", "[golden
 
 // The paper's figure 9: a dragged organ is near its rest shape 100 ms after release.
 TEST_CASE("solver: a dragged block recovers within 100 ms", "[validation]") {
-  Solver solver(make_bar(true, {8, 5, 5}), testing::small_steps({.damping = 40}));
+  Solver solver(make_bar_of_springs(true, {8, 5, 5}), testing::small_steps({.damping = 40}));
   const auto rest = solver.positions();
   std::vector<Index> tip;
   for (Index v = 0; v < solver.vertex_count(); ++v) {
-    if (rest[v].x() > 7.5F * static_cast<float>(kEdge)) {
+    if (rest[v].x() > 7.5F * static_cast<float>(kSoftEdge)) {
       tip.push_back(v);
     }
   }
@@ -248,7 +247,7 @@ TEST_CASE("solver: a dragged block recovers within 100 ms", "[validation]") {
 }
 
 TEST_CASE("solver: inverted tetrahedra and overflow are reported, not thrown", "[unit]") {
-  Solver solver(make_bar(),
+  Solver solver(make_bar_of_springs(),
                 testing::small_steps({.mode = ProjectionMode::fraction, .substeps = 1}));
   std::vector<Eigen::Vector3f> mirrored = solver.positions();
   for (Eigen::Vector3f& p : mirrored) {
@@ -274,9 +273,9 @@ TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const float compliance = GENERATE(0.0F, 1e-4F);
   Scene scene;
-  const TetMesh box = testing::make_box({3, 2, 2}, kEdge);
+  const TetMesh box = testing::make_box({3, 2, 2}, kSoftEdge);
   scene.add_body("box", box, elastic_material(box, 1000, 2e4));
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   Solver solver(scene,
                 testing::small_steps({.method = method, .substeps = 2, .executor = executor}));
   std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
@@ -295,7 +294,7 @@ TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
 
 TEST_CASE("solver: tubes without volume constraints can be inverted too", "[unit]") {
   Scene scene;
-  scene.add_body("tube", testing::make_box({1, 1, 1}, kEdge),
+  scene.add_body("tube", testing::make_box({1, 1, 1}, kSoftEdge),
                  {.model = ElasticModel::springs, .has_volume_constraints = false});
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, testing::small_steps());
@@ -308,11 +307,11 @@ TEST_CASE("solver: tubes without volume constraints can be inverted too", "[unit
 }
 
 TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[property][long]") {
-  const TetMesh bar = testing::make_box({8, 3, 3}, kEdge);
+  const TetMesh bar = testing::make_box({8, 3, 3}, kSoftEdge);
   const auto sag = [&](double modulus, int substeps) {
     Scene scene;
     scene.add_body("bar", bar, elastic_material(bar, 1000, modulus));
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
     Solver solver(scene,
                   testing::small_steps({.substeps = substeps, .iterations = 10, .damping = 20}));
     for (int i = 0; i < 300; ++i) {
@@ -331,7 +330,7 @@ TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[
 }
 
 TEST_CASE("solver: the plan lists every phase once and colours are valid in size", "[unit]") {
-  Solver solver(make_bar(), testing::small_steps());
+  Solver solver(make_bar_of_springs(), testing::small_steps());
   Index distances = 0, volumes = 0;
   for (const Phase& phase : solver.plan().phases) {
     distances += phase.kind == PhaseKind::distance;
@@ -343,7 +342,7 @@ TEST_CASE("solver: the plan lists every phase once and colours are valid in size
 }
 
 TEST_CASE("solver: partial readback gives what was asked for", "[unit]") {
-  const Solver solver(make_bar(), testing::small_steps());
+  const Solver solver(make_bar_of_springs(), testing::small_steps());
   const auto all = solver.positions();
   const std::vector<Index> some{5, 0, 17};
   std::vector<Eigen::Vector3f> out(3);
@@ -358,7 +357,7 @@ TEST_CASE("solver: partial readback gives what was asked for", "[unit]") {
 }
 
 TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
-  const Scene scene = make_bar();
+  const Scene scene = make_bar_of_springs();
   CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.substeps = -1})),
                     ContainsSubstring("substeps is -1"));
   CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.iterations = -3})),
@@ -397,15 +396,16 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   other = solver.snapshot();
   other.tissue.number = 9;
   CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("topology version 9"));
-  CHECK_THROWS_WITH(solver.restore(Solver(make_bar(), testing::small_steps()).snapshot()),
-                    ContainsSubstring("another tissue"));
+  CHECK_THROWS_WITH(
+      solver.restore(Solver(make_bar_of_springs(), testing::small_steps()).snapshot()),
+      ContainsSubstring("another tissue"));
 }
 
 // Would catch a product of compliance and 1 / substep^2 that overflows: then nothing is a number.
 TEST_CASE("solver: the largest compliance resists nothing, however short the substep", "[unit]") {
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   Scene scene;
-  const TetMesh box = testing::make_box({2, 2, 2}, kEdge);
+  const TetMesh box = testing::make_box({2, 2, 2}, kSoftEdge);
   scene.add_body("box", box,
                  {.model = ElasticModel::springs,
                   .stretch = {1, kLargestCompliance},

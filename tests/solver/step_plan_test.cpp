@@ -17,17 +17,16 @@ namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
-
-constexpr double kEdge = 4e-3;
+using testing::kSoftEdge;
 
 PlanComposition any_composition() {
   return GENERATE(PlanComposition::separate, PlanComposition::joint);
 }
 
-Scene make_bar(const Material& material = testing::kSprings) {
+Scene make_held_bar(const Material& material = testing::kSprings) {
   Scene scene;
-  scene.add_body("bar", testing::make_box({6, 3, 3}, kEdge, 0.1), material);
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.add_body("bar", testing::make_box({6, 3, 3}, kSoftEdge, 0.1), material);
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   return scene;
 }
 
@@ -36,7 +35,7 @@ struct PhaseCounts {
   Index serial = 0;
 };
 
-PhaseCounts count(const StepPlan& plan, PhaseKind kind) {
+PhaseCounts count_colors(const StepPlan& plan, PhaseKind kind) {
   PhaseCounts counts;
   for (const Phase& phase : plan.phases) {
     if (phase.kind == kind) {
@@ -66,7 +65,7 @@ TEST_CASE("step plan: a sweep projects each constraint once, whatever the plan",
 TEST_CASE("step plan: the order is that of colours, then of ids", "[golden]") {
   const PlanComposition composition = any_composition();
   const ColoringOptions coloring{.repair = true};
-  const Scene scene = make_bar();
+  const Scene scene = make_held_bar();
   const std::vector<Tet> tets(scene.tets().begin(), scene.tets().end());
   const std::vector<Edge> edges = find_edges(tets);
   const auto tet_edges = find_tet_edges(tets, edges);
@@ -139,14 +138,14 @@ TEST_CASE("step plan: the order is that of colours, then of ids", "[golden]") {
   for (std::size_t v = 0; v < after.size(); ++v) {
     farthest = std::max(farthest, (after[v] - Eigen::Vector3f(x[v].x, x[v].y, x[v].z)).norm());
   }
-  CHECK(farthest < 1e-5 * kEdge);  // rounding; another order differs by hundredths of an edge
+  CHECK(farthest < 1e-5 * kSoftEdge);  // rounding; another order differs by hundredths of an edge
 }
 
 // Would catch multipliers that the joint plan loses between sweeps, or compliances it misreads: in
 // the limit a plan has no say in what tissue does.
 TEST_CASE("step plan: plans agree where sweeps have converged", "[validation][long]") {
-  const TetMesh mesh = testing::make_box({6, 3, 3}, kEdge, 0.1);
-  const Scene scene = make_bar(elastic_material(mesh, 1000, 20e3));
+  const TetMesh mesh = testing::make_box({6, 3, 3}, kSoftEdge, 0.1);
+  const Scene scene = make_held_bar(elastic_material(mesh, 1000, 20e3));
   const auto hang = [&](PlanComposition composition) {
     Solver solver(
         scene, testing::small_steps(
@@ -164,40 +163,40 @@ TEST_CASE("step plan: plans agree where sweeps have converged", "[validation][lo
     farthest = std::max(farthest, (joint[v] - separate[v]).norm());
     sag = std::max(sag, (joint[v] - scene.positions()[v].cast<float>()).norm());
   }
-  CHECK(sag > 0.03 * kEdge);
-  CHECK(farthest < 1e-3 * kEdge);
+  CHECK(sag > 0.03 * kSoftEdge);
+  CHECK(farthest < 1e-3 * kSoftEdge);
 }
 
 TEST_CASE("step plan: a joint plan has the phases of the tetrahedra alone", "[unit]") {
-  const Solver separate(make_bar(), testing::small_steps()),
-      joint(make_bar(), testing::small_steps({.composition = PlanComposition::joint}));
-  CHECK(count(separate.plan(), PhaseKind::distance).colors >= 14);
-  CHECK(count(joint.plan(), PhaseKind::distance).colors == 0);
-  CHECK(count(joint.plan(), PhaseKind::volume).colors == 0);
-  CHECK(count(joint.plan(), PhaseKind::joint).colors ==
-        count(separate.plan(), PhaseKind::volume).colors);
+  const Solver separate(make_held_bar(), testing::small_steps()),
+      joint(make_held_bar(), testing::small_steps({.composition = PlanComposition::joint}));
+  CHECK(count_colors(separate.plan(), PhaseKind::distance).colors >= 14);
+  CHECK(count_colors(joint.plan(), PhaseKind::distance).colors == 0);
+  CHECK(count_colors(joint.plan(), PhaseKind::volume).colors == 0);
+  CHECK(count_colors(joint.plan(), PhaseKind::joint).colors ==
+        count_colors(separate.plan(), PhaseKind::volume).colors);
 
   // tubes and links keep phases of their own
   const Solver mixed(testing::make_soft_scene(),
                      testing::small_steps({.composition = PlanComposition::joint}));
-  CHECK(count(mixed.plan(), PhaseKind::distance).colors > 0);
-  CHECK(count(mixed.plan(), PhaseKind::joint).colors > 0);
+  CHECK(count_colors(mixed.plan(), PhaseKind::distance).colors > 0);
+  CHECK(count_colors(mixed.plan(), PhaseKind::joint).colors > 0);
 }
 
 TEST_CASE("step plan: what a limit of colours leaves over is one serial phase a kind", "[unit]") {
   const PlanComposition composition = any_composition();
   const PhaseKind tets =
       composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume;
-  const Solver limited(make_bar(), testing::small_steps({.coloring = {.max_colors = 10},
-                                                         .composition = composition}));
-  CHECK(count(limited.plan(), tets).colors == 10);
-  CHECK(count(limited.plan(), tets).serial == 1);
-  const Solver unlimited(make_bar(), testing::small_steps({.composition = composition}));
-  CHECK(count(unlimited.plan(), tets).serial == 0);
+  const Solver limited(make_held_bar(), testing::small_steps({.coloring = {.max_colors = 10},
+                                                              .composition = composition}));
+  CHECK(count_colors(limited.plan(), tets).colors == 10);
+  CHECK(count_colors(limited.plan(), tets).serial == 1);
+  const Solver unlimited(make_held_bar(), testing::small_steps({.composition = composition}));
+  CHECK(count_colors(unlimited.plan(), tets).serial == 0);
 }
 
 TEST_CASE("step plan: its name tells colouring and composition", "[unit]") {
-  const Scene scene = make_bar();
+  const Scene scene = make_held_bar();
   const auto name = [&](const ColoringOptions& coloring, PlanComposition composition) {
     return Solver(scene, testing::small_steps({.coloring = coloring, .composition = composition}))
         .plan()
@@ -213,7 +212,7 @@ TEST_CASE("step plan: its name tells colouring and composition", "[unit]") {
 }
 
 TEST_CASE("step plan: bad options are refused by name", "[unit]") {
-  const Scene scene = make_bar();
+  const Scene scene = make_held_bar();
   const auto refuse = [&](const ColoringOptions& coloring, const char* option) {
     CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.coloring = coloring})),
                       ContainsSubstring(option));

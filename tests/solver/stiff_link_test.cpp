@@ -24,12 +24,12 @@ using testing::neo_hookean;
 using testing::run;
 using testing::vertex_options;
 
-constexpr double kEdge = 5e-3;
-constexpr Index kCells = 4;
-constexpr double kSide = kCells * kEdge;
+constexpr double kLinkedEdge = 5e-3;
+constexpr Index kLinkedCells = 4;
+constexpr double kSide = kLinkedCells * kLinkedEdge;
 
 TetMesh block_at(double height) {
-  const TetMesh mesh = testing::make_box({kCells, kCells, kCells}, kEdge);
+  const TetMesh mesh = testing::make_box({kLinkedCells, kLinkedCells, kLinkedCells}, kLinkedEdge);
   std::vector<Eigen::Vector3d> positions(mesh.positions().begin(), mesh.positions().end());
   for (Eigen::Vector3d& x : positions) {
     x.z() += height;
@@ -50,14 +50,15 @@ struct Hanging {
   Hanging(float upper, float lower, float compliance, float length) {
     scene.add_body("upper", block_at(0), neo_hookean(upper, 0.3F));
     scene.add_body("lower", block_at(-kSide - double{length}), neo_hookean(lower, 0.3F));
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kEdge; });
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kLinkedEdge; });
     scene.set_gravity({0, 0, -9.81F});
     const Index count = scene.body(0).vertex_count;
     for (Index a = 0; a < count; ++a) {
       for (Index b = count; b < 2 * count; ++b) {
         const Eigen::Vector3d d = scene.positions()[a] - scene.positions()[b];
-        if (std::abs(d.x()) + std::abs(d.y()) < 1e-9 && d.z() < double{length} + 0.5 * kEdge &&
-            scene.positions()[a].z() < 0.5 * kEdge) {
+        if (std::abs(d.x()) + std::abs(d.y()) < 1e-9 &&
+            d.z() < double{length} + 0.5 * kLinkedEdge &&
+            scene.positions()[a].z() < 0.5 * kLinkedEdge) {
           links.push_back(scene.add_link({a, b, length, {1, compliance}}));
         }
       }
@@ -82,9 +83,10 @@ TEST_CASE("stiff link: bodies joined by any compliance hang as if they were one"
   const float dt = GENERATE(1e-3F, 5e-3F, 16e-3F);
   const float length = GENERATE(0.0F, 3e-3F);
   Scene one;
-  one.add_body("both", testing::make_box({kCells, kCells, 2 * kCells}, kEdge),
+  one.add_body("both",
+               testing::make_box({kLinkedCells, kLinkedCells, 2 * kLinkedCells}, kLinkedEdge),
                neo_hookean(5e3F, 0.3F));
-  one.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > 2 * kSide - 0.5 * kEdge; });
+  one.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > 2 * kSide - 0.5 * kLinkedEdge; });
   one.set_gravity({0, 0, -9.81F});
   Solver welded(one, vertex_options(1, 10, 20));
   run(welded, static_cast<int>(1 / dt), dt);
@@ -93,7 +95,7 @@ TEST_CASE("stiff link: bodies joined by any compliance hang as if they were one"
 
   for (const float compliance : {0.0F, 1e-7F, 1e-5F, 1e-4F}) {
     const Hanging hanging(5e3F, 5e3F, compliance, length);
-    REQUIRE(hanging.links.size() == (kCells + 1) * (kCells + 1));
+    REQUIRE(hanging.links.size() == (kLinkedCells + 1) * (kLinkedCells + 1));
     Solver solver(hanging.scene, vertex_options(1, 10, 20));
     CHECK(is_stiff(solver));
     run(solver, static_cast<int>(1 / dt), dt);
@@ -246,7 +248,7 @@ TEST_CASE("stiff link: many links at one vertex do not burst", "[validation]") {
   for (Index v = 0; v < 8; ++v) {
     scene.add_link({0, count + 2 * v + 1, 0, {1, 0}});
   }
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kLinkedEdge; });
   scene.set_gravity({0, 0, -9.81F});
   Solver solver(scene, vertex_options(1, 10, 10));
   run(solver, 400);
@@ -259,7 +261,7 @@ TEST_CASE("stiff link: who is lost takes nobody along", "[unit]") {
   Scene scene;
   scene.add_body("block", block_at(0), neo_hookean(5e3F, 0.3F));
   scene.add_particles("clip", std::vector<Eigen::Vector3d>{scene.positions()[0]}, 1e-4);
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kLinkedEdge; });
   const Index clip = scene.vertex_count() - 1;
   scene.add_link({0, clip, 0, {1, 0}});
   Solver solver(scene, vertex_options(1, 10, 20));
@@ -288,7 +290,7 @@ TEST_CASE("stiff link: stitches between soft bodies come to rest by default", "[
   for (Index b = 0; b < 2;
        ++b) {  // held at both ends, so that a stitch alone bears next to nothing
     bare.fix_where(b, [](const Eigen::Vector3d& x) {
-      return x.z() > kSide - 0.5 * kEdge || x.z() < -kSide - 4e-3 + 0.5 * kEdge;
+      return x.z() > kSide - 0.5 * kLinkedEdge || x.z() < -kSide - 4e-3 + 0.5 * kLinkedEdge;
     });
   }
   TopologyEdit edit;
@@ -327,7 +329,7 @@ TEST_CASE("stiff link: a compaction keeps what is stiff and what is not", "[unit
   for (Index t = 0; t < static_cast<Index>(hanging.scene.tets().size()); ++t) {
     bool has_new = false;
     for (const Index v : hanging.scene.tets()[t]) {
-      const bool is_linked = std::abs(hanging.scene.positions()[v].z()) < 0.5 * kEdge;
+      const bool is_linked = std::abs(hanging.scene.positions()[v].z()) < 0.5 * kLinkedEdge;
       has_new = has_new || (is_linked && !is_kept[v]);
       is_kept[v] = is_kept[v] || is_linked;
     }

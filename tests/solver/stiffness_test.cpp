@@ -14,8 +14,10 @@
 
 #include "bench/support/static_energy.h"
 #include "tests/support/catch.h"
+#include "tests/support/largest_distance.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -24,16 +26,18 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::kSoftEdge;
+using testing::largest_distance;
 using testing::neo_hookean;
+using testing::Recipe;
 using testing::run;
 
-constexpr std::array<Index, 3> kCells{6, 2, 2};
-constexpr double kLength = kCells[0] * kSoftEdge;
+constexpr std::array<Index, 3> kBarCells{6, 2, 2};
+constexpr double kBarLength = kBarCells[0] * kSoftEdge;
 const float kPull = 0.02F;  // N, on the end
 
 // A bar along x, held at its start, without weight.
-Scene make_bar(float poissons_ratio = 0.4F) {
-  Scene scene = testing::make_bar(neo_hookean(10e3F, poissons_ratio), kCells);
+Scene make_weightless_bar(float poissons_ratio = 0.4F) {
+  Scene scene = testing::make_bar(neo_hookean(10e3F, poissons_ratio), kBarCells);
   scene.set_gravity(Eigen::Vector3f::Zero());
   return scene;
 }
@@ -46,7 +50,7 @@ std::vector<float> stiff_half(const Scene& scene, float factor) {
     for (const Index v : tet) {
       x += scene.positions()[v].x() / 4;
     }
-    factors.push_back(x > kLength / 2 ? factor : 1);
+    factors.push_back(x > kBarLength / 2 ? factor : 1);
   }
   return factors;
 }
@@ -64,7 +68,7 @@ TopologyEdit stiffening(const std::vector<float>& factors) {
 std::vector<Index> end_of(const Scene& scene) {
   std::vector<Index> end;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].x() > kLength - 0.5 * kSoftEdge) {
+    if (scene.positions()[v].x() > kBarLength - 0.5 * kSoftEdge) {
       end.push_back(v);
     }
   }
@@ -76,12 +80,7 @@ std::vector<Eigen::Vector3f> shared_pull(const std::vector<Index>& end) {
       end.size(), Eigen::Vector3f(kPull / static_cast<float>(end.size()), 0, 0));
 }
 
-struct Recipe {
-  const char* name;
-  SolverOptions options;
-};
-
-Recipe any_recipe() {
+Recipe any_recipe_at_rest() {
   return GENERATE(
       Recipe{"default", {.damping = 30}},
       Recipe{"vertex blocks",
@@ -90,25 +89,17 @@ Recipe any_recipe() {
       Recipe{"explicit", {.method = SolverMethod::explicit_steps, .damping = 30}});
 }
 
-double largest_distance(const bench::Positions& a, const std::vector<Eigen::Vector3f>& b) {
-  double largest = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) {
-    largest = std::max(largest, (a[v] - b[v].cast<double>()).norm());
-  }
-  return largest;
-}
-
 }  // namespace
 
 // Would catch stiffness that a method reads from the body, at the start or once it changes, and an
 // undo that leaves some of it behind.
 TEST_CASE("stiffness: a bar that is stiffened on its way rests where a static solution has it",
           "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_recipe_at_rest();
   INFO(recipe.name);
-  const Scene soft = make_bar();
+  const Scene soft = make_weightless_bar();
   const std::vector<float> factors = stiff_half(soft, 4);
-  Scene stiff = make_bar();
+  Scene stiff = make_weightless_bar();
   stiff.set_stiffnesses(0, factors);
   const std::vector<Index> end = end_of(soft);
   const auto rest_of = [&](const Scene& scene) {
@@ -146,13 +137,13 @@ TEST_CASE("stiffness: a bar that is stiffened on its way rests where a static so
 TEST_CASE("stiffness: halves of a bar stretch as their moduli say", "[unit]") {
   Scene scene;
   scene.set_gravity(Eigen::Vector3f::Zero());
-  scene.add_body("bar", testing::make_box(kCells, kSoftEdge), neo_hookean(10e3F, 0));
+  scene.add_body("bar", testing::make_box(kBarCells, kSoftEdge), neo_hookean(10e3F, 0));
   scene.fix_where(0, [](const Eigen::Vector3d& x) {
-    return x.x() < 0.5 * kSoftEdge || x.x() > kLength - 0.5 * kSoftEdge;
+    return x.x() < 0.5 * kSoftEdge || x.x() > kBarLength - 0.5 * kSoftEdge;
   });
   scene.set_stiffnesses(0, stiff_half(scene, 4));
   Solver solver(scene, {.method = SolverMethod::vertex_block, .iterations = 30, .damping = 30});
-  constexpr float kWay = 0.01F * kLength;
+  constexpr float kWay = 0.01F * kBarLength;
   std::vector<Eigen::Vector3f> x = solver.positions();
   for (const Index v : end_of(scene)) {
     x[v].x() += kWay;
@@ -162,7 +153,7 @@ TEST_CASE("stiffness: halves of a bar stretch as their moduli say", "[unit]") {
   x = solver.positions();
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     const double at = scene.positions()[v].x();
-    if (std::abs(at - kLength / 2) < 1e-6) {
+    if (std::abs(at - kBarLength / 2) < 1e-6) {
       CHECK(x[v].x() - at == Approx(0.8 * kWay).epsilon(0.02));
     }
   }
@@ -170,7 +161,7 @@ TEST_CASE("stiffness: halves of a bar stretch as their moduli say", "[unit]") {
 
 // Would catch wrong entries of a tensor, moduli that it does not follow, and volumes left out.
 TEST_CASE("stiffness: stress of an even stretch has its closed form", "[unit]") {
-  Scene scene = make_bar();
+  Scene scene = make_weightless_bar();
   scene.set_stiffnesses(0, std::vector<float>(scene.tets().size(), 3));
   Solver solver(scene, testing::small_steps());
   Eigen::Matrix3d stretch;
@@ -199,9 +190,9 @@ TEST_CASE("stiffness: stress of an even stretch has its closed form", "[unit]") 
 // Would catch a stress that is none of the forces that the solver balances: in equilibrium, stress
 // times volume sums up to pulls times the places where they pull.
 TEST_CASE("stiffness: stress balances what pulls", "[property]") {
-  const Recipe recipe = any_recipe();
+  const Recipe recipe = any_recipe_at_rest();
   INFO(recipe.name);
-  Scene scene = make_bar();
+  Scene scene = make_weightless_bar();
   scene.set_stiffnesses(0, stiff_half(scene, 4));
   const std::vector<Index> end = end_of(scene);
   Solver solver(scene, recipe.options);
@@ -230,7 +221,7 @@ TEST_CASE("stiffness: automatic substeps follow it", "[unit]") {
   SolverOptions options;
   options.coarse_correction = CoarseCorrection::off;
   options.iterations = 1;
-  const Scene scene = make_bar();
+  const Scene scene = make_weightless_bar();
   Solver solver(scene, options);
   const int soft = solver.step(5e-3F).substeps;
   std::vector<float> factors(scene.tets().size(), 1);
@@ -241,7 +232,7 @@ TEST_CASE("stiffness: automatic substeps follow it", "[unit]") {
   CHECK(stiff <= 6 * soft);
   solver.tissue().undo();
   CHECK(solver.step(5e-3F).substeps == soft);
-  Scene at_start = make_bar();
+  Scene at_start = make_weightless_bar();
   at_start.set_stiffnesses(0, factors);
   CHECK(std::abs(Solver(at_start, options).step(5e-3F).substeps - stiff) <= 1);
   options.substeps = 10;
@@ -252,7 +243,7 @@ TEST_CASE("stiffness: automatic substeps follow it", "[unit]") {
 
 // Would catch a stiffness that nothing has, and one that is taken in silence.
 TEST_CASE("stiffness: says what it refuses, and changes nothing", "[unit]") {
-  Scene scene = make_bar();
+  Scene scene = make_weightless_bar();
   scene.add_body("springs", testing::make_box({1, 1, 1}, kSoftEdge), testing::kSprings);
   const auto count = static_cast<std::size_t>(scene.body(0).tet_count);
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -289,7 +280,7 @@ TEST_CASE("stiffness: says what it refuses, and changes nothing", "[unit]") {
   automatic.longest_step = 0.1F;
   automatic.coarse_correction = CoarseCorrection::off;
   automatic.iterations = 1;
-  Solver fine(make_bar(), automatic);
+  Solver fine(make_weightless_bar(), automatic);
   CHECK_THROWS_WITH(fine.tissue().apply({.stiffnesses = {{3, 1000}}}),
                     ContainsSubstring("body 'bar' needs substeps of"));
 }

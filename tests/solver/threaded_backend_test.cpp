@@ -13,21 +13,21 @@
 #include "tests/support/meshes.h"
 #include "tests/support/skip.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
-
-constexpr double kEdge = 4e-3;      // m
-constexpr float kTimeStep = 5e-3F;  // s
+using testing::kSoftEdge;
+using testing::kUsualStep;
 
 // A body with volumes, a tube without, links between them and a strain limit; in compliance mode a
 // Neo-Hookean body, too. No array's length is a multiple of a register's.
-Scene make_scene(ProjectionMode mode, float damping) {
+Scene make_threaded_scene(ProjectionMode mode, float damping) {
   Scene scene;
-  const TetMesh block = testing::make_box({5, 4, 3}, kEdge, 0.1);
-  const TetMesh tube = testing::make_box({9, 1, 1}, kEdge, 0.1, 2);
+  const TetMesh block = testing::make_box({5, 4, 3}, kSoftEdge, 0.1);
+  const TetMesh tube = testing::make_box({9, 1, 1}, kSoftEdge, 0.1, 2);
   Material soft = elastic_material(block, 1000, 20e3);
   soft.max_stretch = 1.05F;
   soft.damping = damping;
@@ -35,7 +35,7 @@ Scene make_scene(ProjectionMode mode, float damping) {
   walls.has_volume_constraints = false;
   scene.add_body("block", block, soft);
   scene.add_body("tube", tube, walls);
-  scene.add_body("solid", testing::make_box({3, 3, 2}, kEdge, 0.1, 3),
+  scene.add_body("solid", testing::make_box({3, 3, 2}, kSoftEdge, 0.1, 3),
                  mode == ProjectionMode::compliance
                      ? Material{.model = ElasticModel::neo_hookean, .damping = damping}
                      : soft);
@@ -43,7 +43,7 @@ Scene make_scene(ProjectionMode mode, float damping) {
     scene.add_link({v, scene.body(1).first_vertex + v, 0, {0.5F, 1e-3F}});
     scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, 1e-3F}});
   }
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
   return scene;
 }
 
@@ -83,7 +83,7 @@ Outcome run(const Scene& scene, const SolverOptions& options) {
     }
     pose.translation().y() -= 5e-4F;
     solver.move_tool(pusher, pose);
-    report = solver.step(kTimeStep);
+    report = solver.step(kUsualStep);
   }
   return {solver.state_hash(), report, solver.tool_force(pusher), solver.tool_force(puller)};
 }
@@ -95,7 +95,7 @@ void check_lanes(const std::string& set) {
   const testing::InstructionSet only(set);
   const int max_colors = GENERATE(0, 9);
   const float damping = mode == ProjectionMode::compliance && max_colors == 0 ? 0.01F : 0.0F;
-  const Scene scene = make_scene(mode, damping);
+  const Scene scene = make_threaded_scene(mode, damping);
   SolverOptions options = testing::small_steps(
       {.mode = mode, .substeps = 2, .iterations = 3, .composition = composition});
   options.coloring.max_colors = max_colors;
@@ -143,12 +143,13 @@ TEST_CASE(
     "threaded backend: domains of a nested plan give the serial bits on any number of threads",
     "[equivalence][long]") {
   const bool springs = GENERATE(true, false);
-  const TetMesh mesh = testing::make_box({28, 21, 19}, kEdge, 0.1);  // 12,760 vertices: 4 domains
+  const TetMesh mesh =
+      testing::make_box({28, 21, 19}, kSoftEdge, 0.1);  // 12,760 vertices: 4 domains
   Scene scene;
   Material material = elastic_material(mesh, 1000, 20e3);
   material.max_stretch = 1.2F;
   scene.add_body("block", mesh, springs ? material : Material{.model = ElasticModel::neo_hookean});
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kSoftEdge; });
   SolverOptions options = testing::small_steps({.substeps = 1});
   options.executor = executor::serial();
   Index top = 0;
@@ -178,10 +179,10 @@ TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside
       GENERATE(std::pair(SolverMethod::projection, PlanComposition::separate),
                std::pair(SolverMethod::projection, PlanComposition::nested),
                std::pair(SolverMethod::vertex_block, PlanComposition::automatic));
-  const TetMesh mesh = testing::make_box({28, 21, 19}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({28, 21, 19}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, {.model = ElasticModel::neo_hookean, .damping = 1e-3F});
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kSoftEdge; });
   SolverOptions options = testing::small_steps({.method = method, .substeps = 2});
   options.composition = composition;
   options.executor = executor::threads(1);
@@ -199,14 +200,14 @@ TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside
   }
   std::vector<std::uint64_t> expected, hashes;
   for (int step = 0; step < 30; ++step) {
-    one.step(kTimeStep);
-    chosen.step(kTimeStep);
+    one.step(kUsualStep);
+    chosen.step(kUsualStep);
     expected.push_back(one.state_hash());
     hashes.push_back(chosen.state_hash());
   }
   neighbours.clear();
   for (int step = 0; step < 30; ++step) {
-    three.step(kTimeStep);
+    three.step(kUsualStep);
   }
   CHECK(three.state_hash() == expected.back());
   CHECK(hashes == expected);
@@ -214,10 +215,10 @@ TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside
 
 // Would catch a team that two use at once: one then works alone, with the same bits.
 TEST_CASE("threaded backend: solvers of several threads may share an executor", "[equivalence]") {
-  const TetMesh mesh = testing::make_box({14, 12, 10}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({14, 12, 10}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kSoftEdge; });
   Solver alone(scene, testing::small_steps({.executor = executor::threads(1)}));
   std::vector<Solver> solvers;
   const Executor shared = executor::threads(GENERATE(3, 0));
@@ -230,13 +231,13 @@ TEST_CASE("threaded backend: solvers of several threads may share an executor", 
     for (Solver& solver : solvers) {
       users.emplace_back([&solver] {
         for (int step = 0; step < kSteps; ++step) {
-          solver.step(kTimeStep);
+          solver.step(kUsualStep);
         }
       });
     }
   }
   for (int step = 0; step < kSteps; ++step) {
-    alone.step(kTimeStep);
+    alone.step(kUsualStep);
   }
   for (const Solver& solver : solvers) {
     CHECK(solver.state_hash() == alone.state_hash());
@@ -253,7 +254,7 @@ TEST_CASE("threaded backend: a link without length has a finite residual", "[uni
   scene.add_link({0, 1, 1e-3F, {0.5F, 1e-3F}});
   for (const MathMode math : {MathMode::strict, MathMode::fast}) {
     Solver solver(scene, testing::small_steps({.executor = executor::threads(1), .math = math}));
-    CHECK(solver.step(kTimeStep).distance_residual == 1);
+    CHECK(solver.step(kUsualStep).distance_residual == 1);
   }
 }
 

@@ -14,29 +14,28 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
 namespace {
 
+using testing::any_sweeping_method;
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::make_bar;
 using testing::neo_hookean;
 using testing::run;
+using testing::vertices_above;
 
 constexpr auto kBdf2 = TimeIntegration::bdf2;
 
-SolverOptions options_of(SolverMethod method, int substeps, int sweeps, float damping = 0) {
+SolverOptions bdf2_options(SolverMethod method, int substeps, int sweeps, float damping = 0) {
   return {.method = method,
           .substeps = substeps,
           .iterations = sweeps,
           .damping = damping,
           .integration = kBdf2};
-}
-
-SolverMethod any_method() {
-  return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
 }
 
 // Half of the kinetic and all of the potential energy that gravity along y gives, per weight: m.
@@ -53,23 +52,13 @@ double height_and_speed(const Solver& solver) {
   return energy / mass;
 }
 
-std::vector<Index> vertices_above(const Scene& scene, double y) {
-  std::vector<Index> found;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].y() > y) {
-      found.push_back(v);
-    }
-  }
-  return found;
-}
-
 // Where a bar is 40 ms after it was let go, with substeps of 4 ms / n, or by turns a half longer
 // and a half shorter.
 std::vector<Eigen::Vector3f> swung(TimeIntegration integration, SolverMethod method, float friction,
                                    int n, bool alternates) {
   Material soft = neo_hookean(5e3F, 0.3F);
   soft.damping = friction;
-  SolverOptions options = options_of(method, 1, 200, 5);
+  SolverOptions options = bdf2_options(method, 1, 200, 5);
   options.integration = integration;
   Solver solver(make_bar(soft, {3, 1, 1}, 8e-3), options);
   for (int i = 0; i < 10 * n; ++i) {
@@ -92,7 +81,7 @@ double distance(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::
 // Would catch a coefficient, of drag, friction or of substeps that differ, that is right in the
 // limit only: halving substeps would halve the error.
 TEST_CASE("time integration: half the substep leaves a quarter of BDF2's error", "[property]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const float friction = GENERATE(0.0F, 2e-3F);  // s
   const bool alternates = GENERATE(false, true);
   INFO("method " << static_cast<int>(method) << ", friction " << friction << " s, alternates "
@@ -110,10 +99,10 @@ TEST_CASE("time integration: half the substep leaves a quarter of BDF2's error",
 // Would catch a past that was never, or is not forgotten, in the first substep or after a write.
 TEST_CASE("time integration: BDF2 begins as implicit Euler, also after positions or velocities",
           "[unit]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const Scene scene = make_bar(neo_hookean(5e3F, 0.3F));
-  Solver bdf2(scene, options_of(method, 1, 3));
-  SolverOptions options = options_of(method, 1, 3);
+  Solver bdf2(scene, bdf2_options(method, 1, 3));
+  SolverOptions options = bdf2_options(method, 1, 3);
   options.integration = TimeIntegration::implicit_euler;
   Solver euler(scene, options);
   const auto step_alike = [&] {
@@ -148,8 +137,8 @@ TEST_CASE("time integration: BDF2 begins as implicit Euler, also after positions
 
 TEST_CASE("time integration: a snapshot has BDF2's past, and one made by hand does without",
           "[golden]") {
-  const SolverMethod method = any_method();
-  SolverOptions options = options_of(method, 2, 2);
+  const SolverMethod method = any_sweeping_method();
+  SolverOptions options = bdf2_options(method, 2, 2);
   options.copies = 2;
   Solver solver(make_bar(neo_hookean(5e3F, 0.3F)), options);
   run(solver, 5);
@@ -186,14 +175,14 @@ TEST_CASE("time integration: fraction mode refuses BDF2", "[unit]") {
 
 // Would catch forces in newtons that take another substep for their multipliers than sweeps did.
 TEST_CASE("time integration: a grasp and a tool feel the weight that they carry", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const float compliance = GENERATE(0.0F, 1e-3F);
   const double edge = 5e-3;
   Scene scene;
   scene.add_body("block", testing::make_box({2, 2, 2}, edge), neo_hookean(2e4F, 0.4F));
   const Index block = scene.vertex_count();
   scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0.1, 0.0101, 0}}, 1e-3);
-  Solver solver(scene, options_of(method, 2, 60, 60));
+  Solver solver(scene, bdf2_options(method, 2, 60, 60));
   const ToolId holder = solver.add_tool({}, ToolPose::Identity());
   const ToolId floor = solver.add_tool(std::vector<Capsule>{{{0.1F, 0, 0}, {0.1F, 0, 0}, 0.01F}},
                                        ToolPose::Identity());
@@ -212,7 +201,7 @@ TEST_CASE("time integration: a grasp and a tool feel the weight that they carry"
 // Would catch the bounce that backward differences make of a stop: a particle sprang back higher,
 // by 17 % of its fall.
 TEST_CASE("time integration: what falls onto a tool gains no energy", "[property]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const bool is_body = GENERATE(false, true);
   const float dt = GENERATE(1e-3F, 1.3e-3F, 4e-3F);
   Scene scene;
@@ -221,7 +210,7 @@ TEST_CASE("time integration: what falls onto a tool gains no energy", "[property
   } else {
     scene.add_particles("particle", std::vector<Eigen::Vector3d>{{5e-3, 0, 5e-3}}, 1e-3);
   }
-  Solver solver(scene, options_of(method, 1, 30));
+  Solver solver(scene, bdf2_options(method, 1, 30));
   solver.add_tool(std::vector<Capsule>{{{5e-3F, -0.05F, 5e-3F}, {5e-3F, -0.05F, 5e-3F}, 0.03F}},
                   ToolPose::Identity());
   const double start = height_and_speed(solver);
@@ -240,11 +229,11 @@ TEST_CASE("time integration: what falls onto a tool gains no energy", "[property
 // Would catch a vertex that a tool moved and that has another motion once it is released.
 TEST_CASE("time integration: what a tool carries goes on at its speed when it is released",
           "[unit]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   Scene scene;
   scene.set_gravity(Eigen::Vector3f::Zero());
   scene.add_body("block", testing::make_box({1, 1, 1}, 5e-3), neo_hookean(1e4F, 0.4F));
-  Solver solver(scene, options_of(method, 2, 10));
+  Solver solver(scene, bdf2_options(method, 2, 10));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, vertices_above(scene, -1));
   ToolPose pose = ToolPose::Identity();
@@ -272,7 +261,7 @@ TEST_CASE("time integration: a chain of rigid links carries its weight", "[valid
   for (Index i = 0; i + 1 < kCount; ++i) {
     scene.add_link({i, i + 1, static_cast<float>(spacing), {1, 0}});
   }
-  Solver solver(scene, options_of(SolverMethod::vertex_block, 4, 10, 20));
+  Solver solver(scene, bdf2_options(SolverMethod::vertex_block, 4, 10, 20));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::vector<Index>{0});
   run(solver, 400, 2e-3F);
@@ -282,10 +271,10 @@ TEST_CASE("time integration: a chain of rigid links carries its weight", "[valid
 
 // Would catch a residual with another inertia or another start of friction than sweeps have.
 TEST_CASE("time integration: many sweeps bring BDF2's residual down to rounding", "[unit]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   Material soft = neo_hookean(2e4F, 0.4F);
   soft.damping = GENERATE(0.0F, 3e-3F);
-  Solver solver(make_bar(soft), options_of(method, 1, 1000, 5));
+  Solver solver(make_bar(soft), bdf2_options(method, 1, 1000, 5));
   run(solver, 6, 1e-3F);
   CHECK(solver.convergence(1e-3F)[0].ratio() < 5e-3);
   CHECK(solver.convergence(2e-3F)[0].ratio() < 5e-3);
@@ -294,12 +283,12 @@ TEST_CASE("time integration: many sweeps bring BDF2's residual down to rounding"
 // Would catch new tissue whose past is that of nothing: it would lag behind what it came from.
 TEST_CASE("time integration: what edits bring moves on with what is there, and undo forgets it",
           "[unit]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const TetMesh mesh = testing::make_box({1, 1, 1}, 5e-3);
   Scene scene;
   scene.add_body("block", mesh, neo_hookean(1e4F, 0.4F));
-  Solver solver(scene, options_of(method, 2, 5));
-  Solver twin(scene, options_of(method, 2, 5));
+  Solver solver(scene, bdf2_options(method, 2, 5));
+  Solver twin(scene, bdf2_options(method, 2, 5));
   run(solver, 10, 1e-3F);
   run(twin, 10, 1e-3F);
   const Index before = solver.vertex_count();
@@ -329,7 +318,7 @@ TEST_CASE("time integration: what edits bring moves on with what is there, and u
 // Would catch vertices that threads recall or keep by halves, and contacts that they ease at once.
 TEST_CASE("time integration: BDF2 has the serial bits on any number of threads, in every copy",
           "[equivalence]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const testing::Variant variant{
       .method = method, .damping = GENERATE(0.0F, 0.01F), .integration = kBdf2};
   const Index copies = GENERATE(1, 3);

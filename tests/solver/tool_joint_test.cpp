@@ -17,6 +17,7 @@
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
@@ -26,10 +27,9 @@ using Eigen::Vector3f;
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::kBlockMass;
+using testing::kUsualStep;
 using testing::make_free_block;
 using testing::mean_of;
-
-constexpr float kStep = 5e-3F;
 
 // Two jaws of bars across, above and below testing::make_free_block(), whose hinge is far behind.
 struct Jaws {
@@ -69,7 +69,7 @@ void close(Solver& solver, ToolId tool, float angle, int steps) {
     const float share = static_cast<float>(i) / static_cast<float>(steps);
     solver.set_joint(tool, 0, share * angle);
     solver.set_joint(tool, 1, -share * angle);
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("tool joint: closing jaws feel equal and opposite forces", "[validatio
   const Vector3d before = mean_of(solver);
 
   close(solver, tool, 5e-3F, 100);  // 0.55 mm in the middle of each
-  testing::run(solver, kStep, 0.5F);
+  testing::run(solver, kUsualStep, 0.5F);
 
   const auto [upper, lower] = forces_of(solver, tool);
   CHECK(upper.sum.z() > 0.05F);
@@ -142,10 +142,10 @@ TEST_CASE("tool joint: jaws hold a block, or let it slide", "[validation]") {
       solver.add_tool(jaws.bars, ToolPose::Identity(), {ContactFeatures::all, friction},
                       std::array{jaws.upper, jaws.lower});
   close(solver, tool, 5e-3F, 100);
-  testing::run(solver, kStep, 0.5F);
+  testing::run(solver, kUsualStep, 0.5F);
   solver.set_gravity({0, kPull, 0});
   if (friction > 0.1F) {
-    testing::run(solver, kStep, 0.5F);
+    testing::run(solver, kUsualStep, 0.5F);
   }
   const auto speed = [&] {  // of a block whose vertices have unequal masses
     double momentum = 0, mass = 0;
@@ -161,7 +161,7 @@ TEST_CASE("tool joint: jaws hold a block, or let it slide", "[validation]") {
   constexpr int kCount = 10;
   double dragged = 0, pressed = 0, rubbed = 0;
   for (int i = 0; i < kCount; ++i) {
-    solver.step(kStep);
+    solver.step(kUsualStep);
     dragged += solver.tool_force(tool).y() / kCount;
     for (const JawForces& jaw : forces_of(solver, tool)) {
       pressed += jaw.pressed / kCount;
@@ -174,7 +174,7 @@ TEST_CASE("tool joint: jaws hold a block, or let it slide", "[validation]") {
     CHECK(dragged < friction * pressed);
     CHECK(std::abs(mean_of(solver).y() - before) < 1e-6);
   } else {
-    const double gained = (speed() - speed_before) / (kCount * double{kStep});
+    const double gained = (speed() - speed_before) / (kCount * double{kUsualStep});
     CHECK(rubbed == Approx(friction * pressed).epsilon(0.03));  // some of it is across the bars
     CHECK(gained == Approx(kPull - dragged / kBlockMass).epsilon(0.02));
     CHECK(dragged == Approx(rubbed).epsilon(0.05));
@@ -198,9 +198,9 @@ TEST_CASE("tool joint: a blade that turns pushes a ball with omega x r", "[valid
   constexpr int kSteps = 20;
   float angle = 0;
   for (int i = 1; i <= kSteps; ++i) {
-    angle = kSpeed * kStep * static_cast<float>(i);
+    angle = kSpeed * kUsualStep * static_cast<float>(i);
     solver.set_joint(tool, 0, angle);
-    solver.step(kStep);
+    solver.step(kUsualStep);
   }
 
   const Vector3f along(std::cos(angle), std::sin(angle), 0), normal(-along.y(), along.x(), 0);
@@ -243,8 +243,8 @@ TEST_CASE("tool joint: jaws do what two tools do that move alike", "[equivalence
     jointed.set_joint(jaws, 1, -angle);
     rigid.move_tool(upper, pose_at(angle, rise));
     rigid.move_tool(lower, pose_at(-angle, rise));
-    jointed.step(kStep);
-    rigid.step(kStep);
+    jointed.step(kUsualStep);
+    rigid.step(kUsualStep);
     CAPTURE(i);
     CHECK((mean_of(jointed) - mean_of(rigid)).norm() < 2e-6);
   }
@@ -272,7 +272,7 @@ TEST_CASE("tool joint: angles are each copy's own and go along with it", "[prope
       solver.set_joint(tool, 1, -angle, 1);
       CHECK(solver.joint_target(tool, 0, 1) == angle);
       CHECK(solver.joint_angle(tool, 0, 1) < angle);
-      solver.step(kStep);
+      solver.step(kUsualStep);
       CHECK(solver.joint_angle(tool, 0, 0) == 0);
       CHECK(solver.joint_angle(tool, 0, 1) == angle);
       if (i == 10) {

@@ -13,27 +13,24 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/free_block.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
 namespace {
 
+using testing::any_sweeping_method;
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::kGravity;
+using testing::kUsualStep;
 using testing::make_free_block;
 using testing::mean_of;
-
-constexpr float kStep = 5e-3F;
-
-SolverMethod any_method() {
-  return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-}
 
 }  // namespace
 
 // Would catch a tool that still holds or pushes, and others that change with it.
 TEST_CASE("tool removal: what a tool held or bore falls freely", "[validation]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const bool holds = GENERATE(false, true);
   CAPTURE(static_cast<int>(method), holds);
   Solver solver(make_free_block(), {.method = method, .executor = executor::serial()});
@@ -44,7 +41,7 @@ TEST_CASE("tool removal: what a tool held or bore falls freely", "[validation]")
   if (holds) {
     solver.grasp(tool, std::array<Index, 4>{0, 4, 20, 24});
   }
-  testing::run(solver, kStep, 0.2F);
+  testing::run(solver, kUsualStep, 0.2F);
   REQUIRE(solver.tool_force(tool).norm() > 0.01F);
   const ToolPose pose(Eigen::Translation3f(0, 0, -0.5F));
   solver.move_tool(far, pose);
@@ -54,7 +51,7 @@ TEST_CASE("tool removal: what a tool held or bore falls freely", "[validation]")
   CHECK(!solver.has_tool(tool));
   CHECK(solver.has_tool(far));
   const double before = mean_of(solver).z();
-  testing::run(solver, kStep, 0.1F);
+  testing::run(solver, kUsualStep, 0.1F);
   CHECK(before - mean_of(solver).z() > 0.9 * double{kGravity} * 0.1 * 0.1 / 2);
   CHECK(solver.tool_pose(far).translation() == pose.translation());
   CHECK(solver.tool_contacts(far).empty());
@@ -91,19 +88,19 @@ TEST_CASE("tool removal: an id is never used again", "[errors]") {
 
 // Would catch a snapshot that brings a tool back, or is refused as it has one more.
 TEST_CASE("tool removal: a snapshot from before goes on without the tool", "[property]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   Solver solver(make_free_block(), {.method = method, .executor = executor::serial()});
   const Capsule bar{{0, -0.1F, -2e-3F}, {0, 0.1F, -2e-3F}, 2e-3F};
   const ToolId tool = solver.add_tool({&bar, 1}, ToolPose::Identity(), {ContactFeatures::all, 0.1F},
                                       std::array{ToolJoint{.capsule_count = 1}});
   const ToolId table = solver.add_half_space({});
-  testing::run(solver, kStep, 0.1F);
+  testing::run(solver, kUsualStep, 0.1F);
   const Snapshot snapshot = solver.snapshot();
   solver.remove_tool(tool);
   solver.restore(snapshot);
   CHECK(!solver.has_tool(tool));
   CHECK(solver.tool_contacts(table).empty());
-  testing::run(solver, kStep, 0.1F);
+  testing::run(solver, kUsualStep, 0.1F);
   CHECK(solver.tool_force(table).z() < 0);
   for (const SnapshotContact& contact : solver.snapshot().contacts) {
     CHECK(contact.tool == table);
@@ -112,7 +109,7 @@ TEST_CASE("tool removal: a snapshot from before goes on without the tool", "[pro
 
 // Would catch an undo that gives vertices back to a tool that is gone.
 TEST_CASE("tool removal: no undo brings back what the tool held", "[edit]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   Solver solver(make_free_block(), {.method = method, .executor = executor::serial()});
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::array<Index, 1>{0});
@@ -124,13 +121,13 @@ TEST_CASE("tool removal: no undo brings back what the tool held", "[edit]") {
   solver.remove_tool(tool);
   solver.tissue().undo();
   const float before = solver.positions()[0].z();
-  testing::run(solver, kStep, 0.1F);
+  testing::run(solver, kUsualStep, 0.1F);
   CHECK(before - solver.positions()[0].z() > 0.9F * kGravity * 0.1F * 0.1F / 2);
 }
 
 // Would catch a device that is not told, and one whose steps go on with what the tool had.
 TEST_CASE("tool removal: all backends have the same bits after it", "[determinism]") {
-  const SolverMethod method = any_method();
+  const SolverMethod method = any_sweeping_method();
   const auto run = [&](Executor executor) {
     Solver solver(
         make_free_block(),
@@ -144,10 +141,10 @@ TEST_CASE("tool removal: all backends have the same bits after it", "[determinis
                                      add_bar(15e-3F, {ContactFeatures::vertices, 0.2F})};
     const ToolId table = solver.add_half_space({{0, 0, -1e-3F}}, 0.2F);
     for (const ToolId tool : {bars[1], bars[0], bars[2]}) {
-      testing::run(solver, kStep, 0.05F);
+      testing::run(solver, kUsualStep, 0.05F);
       solver.remove_tool(tool);
     }
-    testing::run(solver, kStep, 0.05F);
+    testing::run(solver, kUsualStep, 0.05F);
     CHECK(solver.tool_force(table, 1).z() < 0);
     return std::pair(solver.state_hash(0), solver.state_hash(1));
   };

@@ -15,12 +15,11 @@ namespace {
 
 using testing::Approx;
 using testing::farthest;
+using testing::kSoftEdge;
 using testing::neo_hookean;
 using testing::run;
 using testing::soft_springs;
 using testing::vertex_options;
-
-constexpr double kEdge = testing::kSoftEdge;
 
 double volume_of(const Solver& solver) {
   std::vector<Eigen::Vector3d> x;
@@ -38,7 +37,7 @@ double volume_of(const Solver& solver) {
 
 TEST_CASE("vertex method: an edited body moves like one made that way", "[property]") {
   const bool springs = GENERATE(false, true);
-  const TetMesh mesh = testing::make_box({8, 3, 3}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({8, 3, 3}, kSoftEdge, 0.1);
   const Material material = springs ? soft_springs(mesh) : neo_hookean(3e4F, 0.4F);
   std::vector<Index> removed;
   std::vector<Tet> kept;
@@ -46,7 +45,7 @@ TEST_CASE("vertex method: an edited body moves like one made that way", "[proper
     const auto& tet = mesh.tets()[t];
     const double x = (mesh.positions()[tet[0]].x() + mesh.positions()[tet[3]].x()) / 2;
     const double y = (mesh.positions()[tet[0]].y() + mesh.positions()[tet[3]].y()) / 2;
-    if (std::abs(x - 4 * kEdge) < kEdge && y > 2 * kEdge) {
+    if (std::abs(x - 4 * kSoftEdge) < kSoftEdge && y > 2 * kSoftEdge) {
       removed.push_back(t);
     } else {
       kept.push_back(tet);
@@ -56,7 +55,7 @@ TEST_CASE("vertex method: an edited body moves like one made that way", "[proper
   const auto make = [&](const TetMesh& shape) {
     Scene scene;
     scene.add_body("bar", shape, material);
-    scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSoftEdge; });
     return scene;
   };
   Solver edited(make(mesh), vertex_options(1, 60, 10));
@@ -69,13 +68,13 @@ TEST_CASE("vertex method: an edited body moves like one made that way", "[proper
   run(made, 100);
 
   const float sag = before - made.positions().back().y();
-  REQUIRE(sag > 0.1F * static_cast<float>(kEdge));
+  REQUIRE(sag > 0.1F * static_cast<float>(kSoftEdge));
   CHECK(farthest(edited, made) < 0.01F * sag);
 }
 
 TEST_CASE("vertex method: tissue shrinks to new rest shapes", "[unit]") {
   const bool springs = GENERATE(false, true);
-  const TetMesh mesh = testing::make_box({4, 3, 3}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({4, 3, 3}, kSoftEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F));
   scene.set_gravity(Eigen::Vector3f::Zero());

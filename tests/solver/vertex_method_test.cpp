@@ -23,16 +23,15 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::farthest;
+using testing::kSoftEdge;
 using testing::make_bar;
 using testing::neo_hookean;
 using testing::run;
 using testing::soft_springs;
 using testing::vertex_options;
 
-constexpr double kEdge = testing::kSoftEdge;
-
 Scene make_spring_bar() {
-  return make_bar(soft_springs(testing::make_box({8, 3, 3}, kEdge, 0.1)));
+  return make_bar(soft_springs(testing::make_box({8, 3, 3}, kSoftEdge, 0.1)));
 }
 
 }  // namespace
@@ -49,13 +48,13 @@ TEST_CASE("vertex method: tissue comes to rest where projections bring it", "[va
   run(projections, 150);
 
   const auto sag = start.back().y() - projections.positions().back().y();
-  REQUIRE(sag > 0.2 * kEdge);  // something to agree on
+  REQUIRE(sag > 0.2 * kSoftEdge);  // something to agree on
   CHECK(farthest(vertices, projections) < 0.01F * sag);
 }
 
 // rho g L^2 / (2 E), the stretch of a bar under its own weight
 TEST_CASE("vertex method: a Neo-Hookean bar hangs as long as its modulus says", "[validation]") {
-  const double length = 16 * kEdge;
+  const double length = 16 * kSoftEdge;
   const float youngs_modulus = 20000;
   Scene scene = make_bar(neo_hookean(youngs_modulus, 0.3F), {16, 3, 3});
   scene.set_gravity({9.81F, 0, 0});
@@ -79,7 +78,7 @@ TEST_CASE("vertex method: a Neo-Hookean bar hangs as long as its modulus says", 
 // What rests needs no sweep to stay, and what falls needs none to fall.
 TEST_CASE("vertex method: a free body falls as it should, in one sweep", "[validation]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1), neo_hookean(1e5F, 0.45F));
+  scene.add_body("block", testing::make_box({3, 3, 3}, kSoftEdge, 0.1), neo_hookean(1e5F, 0.45F));
   scene.set_gravity({0, 0, -9.81F});
   Solver solver(scene, vertex_options(5));
   const float before = solver.positions()[7].z();
@@ -122,14 +121,14 @@ TEST_CASE("vertex method: equal runs give equal bits, and a snapshot replays", "
 // a lost vertex.
 TEST_CASE("vertex method: the same bits on any number of threads, and the serial ones if strict",
           "[golden]") {
-  const TetMesh mesh = testing::make_box({9, 6, 5}, kEdge, 0.1);
+  const TetMesh mesh = testing::make_box({9, 6, 5}, kSoftEdge, 0.1);
   Material soft = neo_hookean(2e4F, 0.45F);
   soft.damping = GENERATE(0.0F, 5e-4F);
   const auto coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
   Scene scene;
   scene.add_body("liver", mesh, soft);
-  scene.add_body("duct", testing::make_box({4, 2, 2}, kEdge, 0.1, 2), soft_springs(mesh));
-  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  scene.add_body("duct", testing::make_box({4, 2, 2}, kSoftEdge, 0.1, 2), soft_springs(mesh));
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kSoftEdge; });
   for (Index v = 0; v < 5; ++v) {
     scene.add_link({v + 60, scene.body(1).first_vertex + v, 1e-3F, {1, 0.05F}});
   }
@@ -156,7 +155,7 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
     options.over_relaxation = 1.2F;
     options.coarse_correction = coarse_correction;
     Solver solver(scene, options);
-    const float top = 6.2F * static_cast<float>(kEdge);
+    const float top = 6.2F * static_cast<float>(kSoftEdge);
     ToolPose pose = ToolPose::Identity();
     pose.translation() = Eigen::Vector3f(0.012F, top + 0.006F, 0.01F);
     const ToolId tool =
@@ -204,7 +203,7 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
 // Would catch idle lanes that move the vertex which they repeat: here all blocks have some.
 TEST_CASE("vertex method: a held vertex is moved once, wherever it lies in its block", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge), neo_hookean(2e4F, 0.4F));
+  scene.add_body("block", testing::make_box({2, 2, 2}, kSoftEdge), neo_hookean(2e4F, 0.4F));
   const auto after = [&](const Executor& executor, Index held) {
     SolverOptions options = vertex_options(2, 2);
     options.executor = executor;
@@ -236,7 +235,8 @@ TEST_CASE("vertex method: over-relaxation brings few sweeps closer to many", "[p
 
 TEST_CASE("vertex method: inner friction ends a vibration and lets a turn go on", "[validation]") {
   const bool springs = GENERATE(false, true);
-  const TetMesh mesh = testing::make_box({4, 2, 2}, kEdge);  // symmetric: its growth turns nothing
+  const TetMesh mesh =
+      testing::make_box({4, 2, 2}, kSoftEdge);  // symmetric: its growth turns nothing
   Material material = springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F);
   const auto speed_after = [&](float damping, bool turns) {
     material.damping = damping;
@@ -244,7 +244,7 @@ TEST_CASE("vertex method: inner friction ends a vibration and lets a turn go on"
     scene.add_body("block", mesh, material);
     scene.set_gravity(Eigen::Vector3f::Zero());
     Solver solver(scene, vertex_options(20, 10));
-    const Eigen::Vector3f centre(2 * kEdge, kEdge, kEdge);
+    const Eigen::Vector3f centre(2 * kSoftEdge, kSoftEdge, kSoftEdge);
     std::vector<Eigen::Vector3f> velocities;
     for (const Eigen::Vector3f& x : solver.positions()) {
       const Eigen::Vector3f arm = x - centre;
@@ -291,7 +291,7 @@ TEST_CASE("vertex method: a body pressed flat or turned inside out recovers", "[
   for (std::size_t v = 0; v < rest.size(); ++v) {
     distance = std::max(distance, (now[v] - rest[v]).norm());
   }
-  CHECK(distance < 0.02F * static_cast<float>(kEdge));
+  CHECK(distance < 0.02F * static_cast<float>(kSoftEdge));
 }
 
 TEST_CASE("vertex method: a vertex that is lost takes nothing else along", "[unit]") {
@@ -333,7 +333,7 @@ TEST_CASE("vertex method: its plan has colours of vertices alone", "[unit]") {
 }
 
 TEST_CASE("vertex method: what it cannot follow is refused by name", "[unit]") {
-  const TetMesh mesh = testing::make_box({1, 1, 1}, kEdge);
+  const TetMesh mesh = testing::make_box({1, 1, 1}, kSoftEdge);
   const auto build = [&](const Material& material, SolverOptions options) {
     Scene scene;
     scene.add_body("liver", mesh, material);

@@ -15,13 +15,12 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kSoftEdge;
 using testing::make_bar;
 using testing::neo_hookean;
 using testing::run;
 using testing::soft_springs;
 using testing::vertex_options;
-
-constexpr double kEdge = testing::kSoftEdge;
 
 }  // namespace
 
@@ -81,12 +80,12 @@ TEST_CASE("vertex method: what lies in a cradle of capsules weighs on it", "[val
 
 TEST_CASE("vertex method: a tool dents tissue, feels it, and never enters", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({6, 6, 6}, kEdge), neo_hookean(5e3F, 0.45F));
-  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  scene.add_body("block", testing::make_box({6, 6, 6}, kSoftEdge), neo_hookean(5e3F, 0.45F));
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kSoftEdge; });
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, vertex_options(10, 2));
-  const float radius = 1.5F * static_cast<float>(kEdge);
-  const Eigen::Vector3f above(3 * kEdge, 6 * kEdge + radius, 3 * kEdge);
+  const float radius = 1.5F * static_cast<float>(kSoftEdge);
+  const Eigen::Vector3f above(3 * kSoftEdge, 6 * kSoftEdge + radius, 3 * kSoftEdge);
   ToolPose pose = ToolPose::Identity();
   pose.translation() = above;
   const ToolId tool = solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, radius}}, pose);

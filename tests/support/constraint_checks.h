@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "pbdsurg/base/random.h"
 #include "pbdsurg/base/vec3.h"
@@ -16,6 +17,8 @@
 #include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
+
+inline constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 template <class Constraint>
 struct Sample {

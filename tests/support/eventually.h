@@ -9,6 +9,9 @@
 
 namespace pbdsurg::testing {
 
+/// s, for what takes long where sanitizers are slow.
+inline constexpr double kPatience = 300;
+
 /// Asks once a millisecond until it is so, for at most ten seconds.
 template <class Condition>
 [[nodiscard]] bool eventually(Condition condition) {

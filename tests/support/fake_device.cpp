@@ -496,4 +496,8 @@ Executor fake_device(int number) {
       [number](const SolverData& data) { return std::make_unique<FakeDevice>(data, number); });
 }
 
+FakeDevice& fake_device_of(Solver& solver) {
+  return dynamic_cast<FakeDevice&>(*inspect(solver).backend);
+}
+
 }  // namespace pbdsurg::testing

@@ -89,4 +89,7 @@ using MakeBackend = std::function<std::unique_ptr<Backend>(const SolverData& dat
 
 [[nodiscard]] Executor fake_device(int number = 0);
 
+/// @param solver  on a fake device
+[[nodiscard]] FakeDevice& fake_device_of(Solver& solver);
+
 }  // namespace pbdsurg::testing

@@ -19,7 +19,8 @@ namespace pbdsurg::testing {
 inline constexpr float kGravity = 9.81F;    // m/s^2
 inline constexpr double kBlockEdge = 5e-3;  // m
 inline constexpr std::array<Index, 3> kBlockCells{4, 4, 2};
-inline constexpr double kBlockMass = 4e-3;  // kg
+inline constexpr double kBlockMass = 4e-3;           // kg
+inline constexpr float kContactThickness = 0.5e-3F;  // m, between bodies
 
 inline TimeIntegration any_integration() {
   return GENERATE(TimeIntegration::implicit_euler, TimeIntegration::bdf2);

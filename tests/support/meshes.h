@@ -13,6 +13,9 @@
 
 namespace pbdsurg::testing {
 
+/// m, of the edges of soft bodies.
+inline constexpr double kSoftEdge = 4e-3;
+
 /// A box of cubes, each split into six tetrahedra around its main diagonal (Kuhn), so that
 /// neighbouring cubes agree on their face diagonals.
 /// @param cells   cubes along x, y and z

@@ -15,6 +15,8 @@
 
 namespace pbdsurg::testing {
 
+inline constexpr double kSheetEdge = 4e-3;  // m, of most sheets
+
 struct SheetMesh {
   std::vector<Eigen::Vector3d> positions;  ///< m
   std::vector<Triangle> triangles;         ///< wound about z

@@ -18,8 +18,6 @@
 
 namespace pbdsurg::testing {
 
-inline constexpr double kSheetEdge = 4e-3;  // m
-
 /// A sheet held at one side, with a block that hangs on it by links, and a free disc.
 /// @param link_compliance  m/N; by less than some 0.01, links are stiff, which no cooperative
 /// kernel

@@ -24,12 +24,12 @@
 
 namespace pbdsurg::testing {
 
-inline constexpr double kEdge = 2e-3;      // m
-inline constexpr float kTimeStep = 5e-3F;  // s
+inline constexpr double kSlabEdge = 2e-3;      // m
+inline constexpr float kSlabTimeStep = 5e-3F;  // s
 
 // Two slabs with strands between them.
 struct Slabs {
-  explicit Slabs(const Material& material = {}) : lower(make_box({6, 6, 2}, kEdge)) {
+  explicit Slabs(const Material& material = {}) : lower(make_box({6, 6, 2}, kSlabEdge)) {
     std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
     for (Eigen::Vector3d& point : points) {
       point.z() += 7e-3;
@@ -37,7 +37,7 @@ struct Slabs {
     upper = TetMesh(points, {lower.tets().begin(), lower.tets().end()});
     scene.add_body("lower", lower, material);
     scene.add_body("upper", upper, material);
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kSlabEdge; });
     strands.join(scene, 0, 1, scattered_links(lower, upper, {.max_distance = 6e-3, .density = 2e6}),
                  {.segments = 3, .tear_stretch = 1.2});
   }
@@ -63,7 +63,7 @@ struct World {
   }
 
   void burn_and_tear(const Eigen::Vector3f& tip) {
-    cautery.update(solver, {tip, tip}, cut_settings(8), kTimeStep);
+    cautery.update(solver, {tip, tip}, cut_settings(8), kSlabTimeStep);
     strands.separate(solver);
   }
 

@@ -21,6 +21,11 @@ namespace pbdsurg::testing {
   return options;
 }
 
+/// Such steps on one thread.
+[[nodiscard]] inline SolverOptions small_serial_steps(SolverMethod method) {
+  return small_steps({.method = method, .executor = executor::serial()});
+}
+
 /// The paper's springs; rigid in compliance mode.
 inline const Material kSprings{.model = ElasticModel::springs};
 

@@ -22,7 +22,6 @@
 
 namespace pbdsurg::testing {
 
-inline constexpr double kSoftEdge = 4e-3;            // m
 inline constexpr float kSoftTimeStep = 1e-3F;        // s
 inline constexpr Stiffness kSoftStretch{1, 200};     // m/N
 inline constexpr Stiffness kSoftVolume{1, 4.8e-9F};  // m^5/N, for impulses like those of edges

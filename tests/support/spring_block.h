@@ -11,6 +11,7 @@
 
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 
@@ -24,6 +25,13 @@ inline Scene make_spring_block(std::array<Index, 3> cells = {6, 5, 5},
       "block", mesh,
       method == SolverMethod::vertex_block ? elastic_material(mesh, 1000, 20e3) : kSprings);
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
+  return scene;
+}
+
+/// A small block of the stiffest springs that nothing holds.
+inline Scene make_free_spring_block() {
+  Scene scene;
+  scene.add_body("block", make_box({3, 3, 3}, kEventfulEdge, 0.1), kSprings);
   return scene;
 }
 

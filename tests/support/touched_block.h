@@ -17,25 +17,25 @@
 
 namespace pbdsurg::testing {
 
+inline constexpr double kTouchedEdge = 1e-3;  // m
+inline constexpr double kTouchedSigma = 0.3;  // S/m
+
 /// A block whose upper face an electrode touches.
 struct TouchedBlock {
-  static constexpr double kEdge = 1e-3;  // m
-  static constexpr double kSigma = 0.3;  // S/m
-
   explicit TouchedBlock(std::array<Index, 3> cells, double jitter = 0,
                         const PotentialOptions& options = {})
-      : shape(make_box(cells, kEdge, jitter)),
+      : shape(make_box(cells, kTouchedEdge, jitter)),
         tissue(scene_of(shape)),
         mesh(tissue, std::array{ThermalBody{0, tissues::liver().heat}}),
-        conductivities(shape.tets().size(), kSigma),
+        conductivities(shape.tets().size(), kTouchedSigma),
         field(mesh, options),
-        top(cells[2] * kEdge),
-        centre(cells[0] / 2 * kEdge, cells[1] / 2 * kEdge, top) {}
+        top(cells[2] * kTouchedEdge),
+        centre(cells[0] / 2 * kTouchedEdge, cells[1] / 2 * kTouchedEdge, top) {}
 
   // Vertices of the upper face within a radius of a point of it.
   [[nodiscard]] std::vector<PatchVertex> disk(const Eigen::Vector3d& middle, double radius) const {
     return patch_where(mesh, [&](const Eigen::Vector3d& x) {
-      return x.z() > top - 0.3 * kEdge && (x - middle).norm() < radius;
+      return x.z() > top - 0.3 * kTouchedEdge && (x - middle).norm() < radius;
     });
   }
 

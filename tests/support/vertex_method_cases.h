@@ -14,9 +14,6 @@
 
 namespace pbdsurg::testing {
 
-/// Length of the edges of meshes, m.
-inline constexpr double kSoftEdge = 4e-3;
-
 inline Material neo_hookean(float youngs_modulus, float poissons_ratio) {
   Material material;
   material.model = ElasticModel::neo_hookean;
@@ -55,6 +52,17 @@ inline std::vector<Eigen::Vector3f> stretched(const Scene& scene, float stretch)
     x.emplace_back(p.cast<float>().cwiseProduct(Eigen::Vector3f(stretch, 1, 1)));
   }
   return x;
+}
+
+/// At rest, m.
+inline std::vector<Index> vertices_above(const Scene& scene, double y) {
+  std::vector<Index> found;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].y() > y) {
+      found.push_back(v);
+    }
+  }
+  return found;
 }
 
 inline SolverOptions vertex_options(int substeps = 10, int iterations = 1, float damping = 0) {

@@ -7,10 +7,10 @@
 
 #include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/cautery_block.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {
@@ -19,11 +19,10 @@ namespace {
 using testing::Approx;
 using testing::CauteryBlock;
 using testing::check_ledger;
+using testing::kFat;
+using testing::kLiver;
 using testing::kOnTop;
 using testing::point;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
 
 }  // namespace
 

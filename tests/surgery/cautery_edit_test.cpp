@@ -6,21 +6,20 @@
 #include <vector>
 
 #include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/cautery_block.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/refusing_follower.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::CauteryBlock;
+using testing::kFat;
+using testing::kLiver;
 using testing::kOnTop;
 using testing::RefusingFollower;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
 
 }  // namespace
 

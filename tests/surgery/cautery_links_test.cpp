@@ -11,6 +11,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/cautery_block.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/meshes.h"
 #include "tests/support/refusing_follower.h"
 
@@ -19,10 +20,9 @@ namespace {
 
 using testing::Approx;
 using testing::CauteryBlock;
+using testing::kFat;
 using testing::point;
 using testing::RefusingFollower;
-
-const ThermalProperties& kFat = tissues::fat().heat;
 
 // Links the middle of the top to a particle above it.
 // @return  that vertex of the block

@@ -9,10 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/tissue/library.h"
-
 #include "tests/support/catch.h"
 #include "tests/support/cautery_block.h"
+#include "tests/support/heat_tissues.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
 
@@ -23,11 +22,10 @@ using testing::Approx;
 using testing::CauteryBlock;
 using testing::check_ledger;
 using testing::ContainsSubstring;
+using testing::kFat;
+using testing::kLiver;
 using testing::kOnTop;
 using testing::point;
-
-const ThermalProperties& kLiver = tissues::liver().heat;
-const ThermalProperties& kFat = tissues::fat().heat;
 
 }  // namespace
 

@@ -22,7 +22,7 @@ namespace {
 using testing::Approx;
 using testing::check_views;
 using testing::ContainsSubstring;
-using testing::kTimeStep;
+using testing::kSlabTimeStep;
 using testing::Slabs;
 using testing::World;
 
@@ -61,10 +61,10 @@ void work_on(World& world) {
         plan_cut(world.solver, testing::random_cut(3, round), options).edit);
     if (round == 2) {
       Scene guest;
-      guest.add_body("guest", testing::make_box({2, 2, 2}, testing::kEdge), testing::kSprings);
+      guest.add_body("guest", testing::make_box({2, 2, 2}, testing::kSlabEdge), testing::kSprings);
       world.solver.tissue().apply({.new_bodies = guest});
     }
-    world.solver.step(kTimeStep);
+    world.solver.step(kSlabTimeStep);
   }
   const auto guest = static_cast<Index>(world.solver.tissue().bodies().size()) - 1;
   world.solver.tissue().apply({.remove_bodies = {guest}});
@@ -267,7 +267,7 @@ TEST_CASE("compaction: a burn with compactions is the burn without", "[validatio
   for (Index round = 0; round < 60; ++round) {
     for (World* each : {&world, &unchanged}) {
       burn(*each, 5e-3F + 0.02e-3F * static_cast<float>(round), 80);
-      REQUIRE(each->solver.step(kTimeStep).non_finite_vertices == 0);
+      REQUIRE(each->solver.step(kSlabTimeStep).non_finite_vertices == 0);
     }
     if (round % 10 == 9) {
       compact(world);

@@ -23,7 +23,7 @@ using Eigen::Vector3f;
 using testing::Approx;
 using testing::ContainsSubstring;
 
-constexpr double kEdge = 2e-3;
+constexpr double kJoinedEdge = 2e-3;
 constexpr double kGap = 3e-3;
 
 TetMesh raised(const TetMesh& mesh, double height) {
@@ -35,13 +35,13 @@ TetMesh raised(const TetMesh& mesh, double height) {
 }
 
 // Two slabs, one above the other, with strands between them.
-struct Slabs {
-  TetMesh lower = testing::make_box({6, 6, 2}, kEdge);
-  TetMesh upper = raised(lower, 2 * kEdge + kGap);
+struct JoinedSlabs {
+  TetMesh lower = testing::make_box({6, 6, 2}, kJoinedEdge);
+  TetMesh upper = raised(lower, 2 * kJoinedEdge + kGap);
   Scene scene;
   ConnectiveTissue tissue;
 
-  explicit Slabs(const StrandOptions& options = {}, std::uint64_t seed = 1) {
+  explicit JoinedSlabs(const StrandOptions& options = {}, std::uint64_t seed = 1) {
     scene.add_body("lower", lower);
     scene.add_body("upper", upper);
     scene.set_gravity(Vector3f::Zero());
@@ -104,7 +104,7 @@ struct Seen {
 TEST_CASE("connective tissue: strands are at rest where they are made", "[property]") {
   const int segments = GENERATE(1, 2, 3, 7);
   const double slack = segments == 1 ? 0 : GENERATE(0.0, 0.1, 1.0);
-  const Slabs slabs({.segments = segments, .slack = slack});
+  const JoinedSlabs slabs({.segments = segments, .slack = slack});
   const auto x = slabs.scene.positions();
   REQUIRE(slabs.tissue.strands().size() > 30);
   REQUIRE(slabs.scene.links().size() == segments * slabs.tissue.strands().size());
@@ -173,13 +173,13 @@ TEST_CASE("connective tissue: the longest link of a strand tears, and an endless
 TEST_CASE("connective tissue: a blade cuts what its edge sweeps over", "[property]") {
   const std::uint64_t seed = GENERATE(range(1, 21));
   const int segments = GENERATE(1, 3);
-  Slabs slabs({.segments = segments, .slack = segments > 1 ? 0.2 : 0.0}, seed);
+  JoinedSlabs slabs({.segments = segments, .slack = segments > 1 ? 0.2 : 0.0}, seed);
   Solver solver(slabs.scene);
   solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
   const auto random = [&](std::uint64_t i) { return random_unit(seed, 100 + i); };
   // a parallelogram within the gap, tilted
   const Vector3d corner(-4e-3 + 8e-3 * random(0), -4e-3 + 8e-3 * random(1),
-                        2 * kEdge + kGap * (0.2 + 0.4 * random(2)));
+                        2 * kJoinedEdge + kGap * (0.2 + 0.4 * random(2)));
   const Vector3d edge(12e-3 * random(3), 6e-3, 1e-3 * random(4));
   const Vector3d way(10e-3, 10e-3 * (random(5) - 0.5), 1e-3 * (random(6) - 0.5));
   const auto blade_at = [&](double share) {
@@ -226,7 +226,7 @@ TEST_CASE("connective tissue: a blade cuts what its edge sweeps over", "[propert
 // anything that an undo forgets.
 TEST_CASE("connective tissue: it follows any edit, and back", "[property]") {
   const std::uint64_t seed = GENERATE(range(1, 11));
-  Slabs slabs({.segments = 3});
+  JoinedSlabs slabs({.segments = 3});
   ConnectiveTissue& tissue = slabs.tissue;
   Solver solver(slabs.scene);
   solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
@@ -273,7 +273,7 @@ TEST_CASE("connective tissue: it follows any edit, and back", "[property]") {
 
 // Would catch the two ways mixed up in one step, a link asked for twice, and an edit of nothing.
 TEST_CASE("connective tissue: separating tears and cuts in one edit", "[unit]") {
-  Slabs slabs({.segments = 2});
+  JoinedSlabs slabs({.segments = 2});
   Solver solver(slabs.scene);
   solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
   CHECK(slabs.tissue.separate(solver) == nullptr);
@@ -327,9 +327,9 @@ TEST_CASE("connective tissue: heat parts strands link by link", "[unit]") {
 
 TEST_CASE("connective tissue: bad values are refused by name, and nothing is joined", "[unit]") {
   Scene scene;
-  const TetMesh box = testing::make_box({1, 1, 1}, kEdge);
+  const TetMesh box = testing::make_box({1, 1, 1}, kJoinedEdge);
   scene.add_body("a", box);
-  scene.add_body("b", raised(box, 2 * kEdge));
+  scene.add_body("b", raised(box, 2 * kJoinedEdge));
   ConnectiveTissue tissue;
   const auto refuse = [&](const MembraneLink& link, const StrandOptions& options,
                           const std::string& why) {
@@ -375,7 +375,7 @@ TEST_CASE("connective tissue: bad values are refused by name, and nothing is joi
 // Would catch strands that take each other's links, or come back to life, once links have new ids.
 TEST_CASE("connective tissue: goes along with a compaction", "[property]") {
   const StrandOptions options{.segments = 3, .particle_mass = 1e-6};
-  Slabs slabs(options), others(options);
+  JoinedSlabs slabs(options), others(options);
   Solver solver(slabs.scene), unchanged(others.scene);
   solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
   unchanged.tissue().add_follower(others.tissue, FollowerRank::surgery);

@@ -23,7 +23,7 @@ using Eigen::Vector3f;
 using testing::ContainsSubstring;
 using testing::EditModel;
 
-constexpr double kEdge = 4e-3;
+constexpr double kCutEdge = 4e-3;
 
 Scene scene_of(const TetMesh& mesh) {
   Scene scene;
@@ -148,21 +148,21 @@ TetrahedralizeOptions spaced(double spacing) {
 
 const TetMesh& ball() {
   static const TetMesh mesh =
-      tetrahedralize(sphere_shape({1e-3, 2e-3, -1e-3}, 4 * kEdge), spaced(2 * kEdge)).mesh;
+      tetrahedralize(sphere_shape({1e-3, 2e-3, -1e-3}, 4 * kCutEdge), spaced(2 * kCutEdge)).mesh;
   return mesh;
 }
 
 const TetMesh& shell() {
   static const TetMesh mesh =
-      tetrahedralize(shell_shape(sphere_shape({0, 0, 0}, 6 * kEdge), 1.6 * kEdge),
-                     spaced(1.3 * kEdge))
+      tetrahedralize(shell_shape(sphere_shape({0, 0, 0}, 6 * kCutEdge), 1.6 * kCutEdge),
+                     spaced(1.3 * kCutEdge))
           .mesh;
   return mesh;
 }
 
 std::vector<TetMesh> meshes() {
-  return {testing::make_box({6, 5, 4}, kEdge), testing::make_box({6, 5, 4}, kEdge, 0.15), ball(),
-          shell()};
+  return {testing::make_box({6, 5, 4}, kCutEdge), testing::make_box({6, 5, 4}, kCutEdge, 0.15),
+          ball(), shell()};
 }
 
 }  // namespace
@@ -179,7 +179,7 @@ TEST_CASE("cut: a plane parts any body in two", "[property]") {
       const double longest = longest_edge(model);
       const Vector3d normal = random_direction(seed);
       const Vector3d point =
-          center + 1.5 * kEdge * random_unit(seed, 8) * random_direction(seed + 1);
+          center + 1.5 * kCutEdge * random_unit(seed, 8) * random_direction(seed + 1);
       CHECK(model.apply(plan(model, plane_through(point, normal), {.style = style})) == "");
       CAPTURE(style, mesh.tet_count(), seed);
       CHECK(count_pieces(model, style == CutStyle::along_faces ? 3 : 1) == 2);
@@ -196,11 +196,11 @@ TEST_CASE("cut: a plane parts any body in two", "[property]") {
 TEST_CASE("cut: a plane through vertices, edges and faces parts there", "[property]") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   const double offset = GENERATE(0.0, 1e-9, -1e-9, 1e-6, -1e-6, 0.1999, -0.2001);
-  const TetMesh mesh = testing::make_box({4, 4, 4}, kEdge);
+  const TetMesh mesh = testing::make_box({4, 4, 4}, kCutEdge);
   for (const Vector3d& normal : {Vector3d(1, 0, 0), Vector3d(1, 1, 0), Vector3d(1, -1, 0),
                                  Vector3d(1, 1, 1), Vector3d(-1, 1, 1), Vector3d(2, 1, 0)}) {
     CutModel model(mesh);
-    const Vector3d point = kEdge * (Vector3d(2, 2, 2) + offset * normal.normalized());
+    const Vector3d point = kCutEdge * (Vector3d(2, 2, 2) + offset * normal.normalized());
     const TopologyEdit edit = plan(model, plane_through(point, normal), {.style = style});
     CHECK(model.apply(edit) == "");
     CHECK(count_pieces(model) == 2);
@@ -216,12 +216,12 @@ TEST_CASE("cut: a plane through vertices, edges and faces parts there", "[proper
 TEST_CASE("cut: cuts cross each other", "[property]") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    CutModel model(testing::make_box({5, 5, 5}, kEdge, 0.1));
+    CutModel model(testing::make_box({5, 5, 5}, kCutEdge, 0.1));
     const double volume = model.volume();
     const double longest = longest_edge(model);
     for (std::uint64_t i = 0; i < 4; ++i) {
       const Vector3d normal = random_direction(100 * seed + i);
-      const Vector3d point = kEdge * Vector3d(2.3, 2.6, 2.45);
+      const Vector3d point = kCutEdge * Vector3d(2.3, 2.6, 2.45);
       const CutSurface surface = plane_through(point, normal);
       CHECK(model.apply(plan(model, surface, {.style = style})) == "");
       CHECK(overlap(model, point, normal) <
@@ -237,14 +237,14 @@ TEST_CASE("cut: cuts cross each other", "[property]") {
 // cuts that are there, around tissue that is gone, in one style after another.
 TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    CutModel model(testing::make_box({4, 4, 4}, kEdge, 0.15));
+    CutModel model(testing::make_box({4, 4, 4}, kCutEdge, 0.15));
     CutFront front;
     for (std::uint64_t round = 0; round < 5; ++round) {
       const std::uint64_t key = 10 * seed + round;
       const auto random = [&](std::uint64_t i) { return random_unit(key, 9, i); };
-      Vector3d at = kEdge * Vector3d(4 * random(0), 4 * random(1), 4 * random(2));
-      Vector3d motion = (0.5 + 2 * random(3)) * kEdge * random_direction(key + 50'000);
-      Vector3d edge = (0.5 + 5 * random(4)) * kEdge * random_direction(key + 60'000);
+      Vector3d at = kCutEdge * Vector3d(4 * random(0), 4 * random(1), 4 * random(2));
+      Vector3d motion = (0.5 + 2 * random(3)) * kCutEdge * random_direction(key + 50'000);
+      Vector3d edge = (0.5 + 5 * random(4)) * kCutEdge * random_direction(key + 60'000);
       std::vector<BladeEdge> path;
       for (int i = 0; i < 4; ++i) {
         path.push_back({(at - edge).cast<float>(), (at + edge).cast<float>()});
@@ -276,14 +276,14 @@ TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
 TEST_CASE("cut: a surface that ends within tissue leaves a slit") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   for (const double depth : {1.6, 2.5, 3.2}) {
-    CutModel model(testing::make_box({6, 6, 6}, kEdge, 0.1));
+    CutModel model(testing::make_box({6, 6, 6}, kCutEdge, 0.1));
     const double area = model.boundary_area();
-    const float to = static_cast<float>(depth * kEdge), x = 3.3F * kEdge;
+    const float to = static_cast<float>(depth * kCutEdge), x = 3.3F * kCutEdge;
     const CutSurface surface =
         sweep_blade({{{{x, -1, -1}, {x, -1, 1}}, {{x, to, -1}, {x, to, 1}}}});
     CHECK(model.apply(plan(model, surface, {.style = style})) == "");
     CHECK(count_pieces(model) == 1);
-    const double opened = (model.boundary_area() - area) / (2 * to * 6 * kEdge);
+    const double opened = (model.boundary_area() - area) / (2 * to * 6 * kCutEdge);
     CHECK(opened > 0.6);
     CHECK(opened < (style == CutStyle::through_tets ? 1.3 : 3));
     CHECK(!model.is_pinched());
@@ -296,17 +296,18 @@ TEST_CASE("cut: a blade that goes through step by step parts what it passed", "[
   const double step = GENERATE(0.23, 0.61, 1.7);   // edges
   const double bend = GENERATE(-0.04, 0.0, 0.05);  // rad an edge
   const std::uint64_t seed = GENERATE(range(1, 7));
-  CutModel model(testing::make_box({6, 6, 3}, kEdge, 0.1, seed));
+  CutModel model(testing::make_box({6, 6, 3}, kCutEdge, 0.1, seed));
   const double volume = model.volume();
-  Vector3d at(-0.5 * kEdge, 2.7 * kEdge, 0);
+  Vector3d at(-0.5 * kCutEdge, 2.7 * kCutEdge, 0);
   double heading = -0.2;
   std::vector<BladeEdge> path;
   CutFront front;
-  for (int i = 0; at.x() < 7 * kEdge && i < 100; ++i) {
-    path.push_back({at.cast<float>(), (at + Vector3d(0.1 * kEdge, 0, 3.5 * kEdge)).cast<float>()});
-    path.back().first.z() = -0.5F * kEdge;
+  for (int i = 0; at.x() < 7 * kCutEdge && i < 100; ++i) {
+    path.push_back(
+        {at.cast<float>(), (at + Vector3d(0.1 * kCutEdge, 0, 3.5 * kCutEdge)).cast<float>()});
+    path.back().first.z() = -0.5F * kCutEdge;
     heading += bend * step;
-    at += step * kEdge * Vector3d(std::cos(heading), std::sin(heading), 0);
+    at += step * kCutEdge * Vector3d(std::cos(heading), std::sin(heading), 0);
     if (path.size() > 1) {
       const CutSurface surface = sweep_blade(std::span(path).last(2));
       const CutPlan cut = plan_with_front(model, surface, {.style = style, .front = front});
@@ -322,13 +323,14 @@ TEST_CASE("cut: a blade that goes through step by step parts what it passed", "[
 // Would catch a side found by the plane of one triangle where the surface is curved.
 TEST_CASE("cut: a closed surface takes out what is in it") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
-  CutModel model(testing::make_box({8, 8, 8}, kEdge, 0.1));
+  CutModel model(testing::make_box({8, 8, 8}, kCutEdge, 0.1));
   const double volume = model.volume();
   std::vector<BladeEdge> path;
   for (int i = 0; i <= 24; ++i) {
     const double angle = i % 24 * std::numbers::pi / 12;
-    const Vector3d on = kEdge * Vector3d(4 + 2.6 * std::cos(angle), 4 + 2.6 * std::sin(angle), -1);
-    path.push_back({on.cast<float>(), (on + Vector3d(0, 0, 10 * kEdge)).cast<float>()});
+    const Vector3d on =
+        kCutEdge * Vector3d(4 + 2.6 * std::cos(angle), 4 + 2.6 * std::sin(angle), -1);
+    path.push_back({on.cast<float>(), (on + Vector3d(0, 0, 10 * kCutEdge)).cast<float>()});
   }
   CHECK(model.apply(plan(model, sweep_blade(path), {.style = style})) == "");
   REQUIRE(count_pieces(model) == 2);
@@ -344,26 +346,26 @@ TEST_CASE("cut: a closed surface takes out what is in it") {
 // Would catch links that hold both sides of a cut together.
 TEST_CASE("cut: links go with the side on which they are") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
-  const TetMesh box = testing::make_box({4, 4, 2}, kEdge);
+  const TetMesh box = testing::make_box({4, 4, 2}, kCutEdge);
   const std::span<const Vector3d> points = box.positions();
   const Index anchor = box.vertex_count();
   Scene scene = scene_of(box);
-  scene.add_particles("anchors",
-                      std::vector<Vector3d>{kEdge * Vector3d(-1, 2, 2), kEdge * Vector3d(5, 2, 2)},
-                      1e-5);
+  scene.add_particles(
+      "anchors", std::vector<Vector3d>{kCutEdge * Vector3d(-1, 2, 2), kCutEdge * Vector3d(5, 2, 2)},
+      1e-5);
   for (Index v = 0; v < anchor; ++v) {
     scene.add_link({v, anchor, 1e-3F, {}});
     scene.add_link({anchor + 1, v, 1e-3F, {}});
   }
   CutModel model(scene);
-  CHECK(model.apply(plan(model, plane_through(kEdge * Vector3d(2, 2, 1), {1, 0, 0}),
+  CHECK(model.apply(plan(model, plane_through(kCutEdge * Vector3d(2, 2, 1), {1, 0, 0}),
                          {.style = style})) == "");
   const Components pieces =
       find_components(static_cast<Index>(model.positions.size()), model.live_tets());
   Index parted = 0;
   for (Index v = 0; v < anchor; ++v) {
     const Index left = model.links[2 * v].first, right = model.links[2 * v + 1].second;
-    if (std::abs(points[v].x() - 2 * kEdge) < 1e-6) {
+    if (std::abs(points[v].x() - 2 * kCutEdge) < 1e-6) {
       CHECK(pieces.of_vertex[left] == pieces.of_vertex[0]);
       CHECK(pieces.of_vertex[right] == pieces.of_vertex[4]);
       ++parted;
@@ -376,24 +378,25 @@ TEST_CASE("cut: links go with the side on which they are") {
 
 // Would catch an edit that touches tissue away from the blade, or tissue that is gone.
 TEST_CASE("cut: what is not crossed stays as it is") {
-  CutModel model(testing::make_box({4, 4, 4}, kEdge));
-  CHECK(is_empty(plan(model, plane_through({0, 0, 10 * kEdge}, {0, 0, 1}), {})));
+  CutModel model(testing::make_box({4, 4, 4}, kCutEdge));
+  CHECK(is_empty(plan(model, plane_through({0, 0, 10 * kCutEdge}, {0, 0, 1}), {})));
   CHECK(is_empty(plan(model, plane_through({0, 0, 0}, {1, 1, 1}), {})));
-  CHECK(
-      is_empty(plan(model, plane_through(kEdge * Vector3d(6, 2, 2), {0, 1, 0}, 1.5 * kEdge), {})));
+  CHECK(is_empty(
+      plan(model, plane_through(kCutEdge * Vector3d(6, 2, 2), {0, 1, 0}, 1.5 * kCutEdge), {})));
   model.positions[62].x() = std::numeric_limits<double>::quiet_NaN();
-  const TopologyEdit edit = plan(model, plane_through(kEdge * Vector3d(2, 2, 2), {1, 1, 0.3}), {});
+  const TopologyEdit edit =
+      plan(model, plane_through(kCutEdge * Vector3d(2, 2, 2), {1, 1, 0.3}), {});
   CHECK(!edit.new_tets.empty());
   for (const NewVertex& v : edit.new_vertices) {
     CHECK((v.first != 62 && v.second != 62));
   }
   model.alive.assign(model.alive.size(), false);
-  CHECK(is_empty(plan(model, plane_through(kEdge * Vector3d(2, 2, 2), {1, 1, 0.3}), {})));
+  CHECK(is_empty(plan(model, plane_through(kCutEdge * Vector3d(2, 2, 2), {1, 1, 0.3}), {})));
 }
 
 // Would catch input that leads to a cut nobody can explain.
 TEST_CASE("cut: surfaces without a side are refused") {
-  CutModel model(testing::make_box({2, 2, 2}, kEdge));
+  CutModel model(testing::make_box({2, 2, 2}, kCutEdge));
   const auto refuse = [&](const CutSurface& surface, const char* reason) {
     CHECK_THROWS_WITH(plan(model, surface, {}), ContainsSubstring(reason));
   };
@@ -428,7 +431,7 @@ TEST_CASE("cut: a blade may rest, turn and go back") {
   CHECK(surface.points.size() == 7);
   CHECK(surface.triangles.size() == 5);
   CHECK(sweep_blade({}).triangles.empty());
-  CutModel rest(testing::make_box({2, 2, 2}, kEdge));
+  CutModel rest(testing::make_box({2, 2, 2}, kCutEdge));
   CHECK(plan(rest, sweep_blade({}), {}).new_tets.empty());
 
   // a trembling hand: to x = 2 in all, with steps back
@@ -449,7 +452,7 @@ TEST_CASE("cut: a blade may rest, turn and go back") {
 
 // Would catch a planner that sees the tissue where it was at rest, or tissue that is gone.
 TEST_CASE("cut: a solver's tissue is cut where it lies now") {
-  const TetMesh box = testing::make_box({4, 4, 4}, kEdge);
+  const TetMesh box = testing::make_box({4, 4, 4}, kCutEdge);
   Scene scene;
   scene.add_body("block", box);
   Solver solver(scene);
@@ -458,7 +461,7 @@ TEST_CASE("cut: a solver's tissue is cut where it lies now") {
     x.x() += 1;
   }
   solver.write_positions(positions);
-  const Vector3d there = kEdge * Vector3d(2.2, 2, 2) + Vector3d(1, 0, 0);
+  const Vector3d there = kCutEdge * Vector3d(2.2, 2, 2) + Vector3d(1, 0, 0);
   CHECK(is_empty(plan_cut(solver, plane_through(there - Vector3d(1, 0, 0), {1, 0, 0}, 0.5)).edit));
   TopologyEdit all;
   const CutSurface surface = plane_through(there, {1, 0, 0});

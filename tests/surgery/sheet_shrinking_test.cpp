@@ -15,7 +15,7 @@
 namespace pbdsurg {
 namespace {
 
-constexpr double kEdge = 1e-3;  // m
+constexpr double kHeatedEdge = 1e-3;  // m
 constexpr Index kCells = 16;
 
 ThermalProperties contracting() {
@@ -31,12 +31,12 @@ struct Heated {
         cautery(solver.tissue(), std::span(&body, 1), {.shrink_limit = limit}) {}
 
   static Scene scene() {
-    const testing::SheetMesh mesh = testing::make_sheet({kCells, kCells}, kEdge, 0.1);
+    const testing::SheetMesh mesh = testing::make_sheet({kCells, kCells}, kHeatedEdge, 0.1);
     Scene scene;
     scene.add_sheet("sheet", mesh.positions, mesh.triangles, {.damping = 1e-3F});
     scene.set_gravity({0, 0, 0});
     scene.fix_where(0, [](const Eigen::Vector3d& x) {
-      return x.x() < 0.5 * kEdge || x.x() > (kCells - 0.5) * kEdge;
+      return x.x() < 0.5 * kHeatedEdge || x.x() > (kCells - 0.5) * kHeatedEdge;
     });
     return scene;
   }

@@ -13,7 +13,7 @@ namespace pbdsurg {
 namespace {
 
 using testing::check_views;
-using testing::kTimeStep;
+using testing::kSlabTimeStep;
 using testing::random_cut;
 using testing::shown_by;
 using testing::Slabs;
@@ -44,7 +44,7 @@ TEST_CASE("transaction: all that follows topology follows cuts", "[property]") {
     divided += static_cast<Index>(world.solver.tissue().apply(cut).removed_tets.size());
     check_views(world);
     check_heat(world, before.sensible + before.latent + before.removed);
-    REQUIRE(world.solver.step(kTimeStep).non_finite_vertices == 0);
+    REQUIRE(world.solver.step(kSlabTimeStep).non_finite_vertices == 0);
   }
   CHECK(divided > 100);
   CHECK(world.pieces.count() > 2);
@@ -77,8 +77,8 @@ TEST_CASE("transaction: a world that takes edits back goes on as one that never 
     }
     tries.solver.tissue().apply(edit);
     tries.solver.tissue().undo();
-    tries.solver.step(kTimeStep);
-    goes_on.solver.step(kTimeStep);
+    tries.solver.step(kSlabTimeStep);
+    goes_on.solver.step(kSlabTimeStep);
     REQUIRE(tries.solver.state_hash() == goes_on.solver.state_hash());
     REQUIRE(tries.strands.whole_count() == goes_on.strands.whole_count());
     REQUIRE(tries.cautery.field().ledger().sensible == goes_on.cautery.field().ledger().sensible);
@@ -99,7 +99,7 @@ TEST_CASE("transaction: who does not follow the tissue is refused", "[unit]") {
   const auto refuse = [&](auto call) {
     CHECK_THROWS_WITH(call(), testing::ContainsSubstring("does not follow this tissue"));
   };
-  refuse([&] { other.cautery.update(world.solver, middle, cut_settings(8), kTimeStep); });
+  refuse([&] { other.cautery.update(world.solver, middle, cut_settings(8), kSlabTimeStep); });
   refuse([&] { other.strands.separate(world.solver); });
   ConnectiveTissue copy = world.strands;
   refuse([&] { copy.separate(world.solver); });
@@ -109,11 +109,11 @@ TEST_CASE("transaction: who does not follow the tissue is refused", "[unit]") {
   CHECK(world.solver.tissue().version() == 0);
 
   HeatField field = world.cautery.field();  // a copy, too
-  field.step(kTimeStep, {});
+  field.step(kSlabTimeStep, {});
   world.solver.tissue().apply(edit);
-  CHECK_THROWS_WITH(field.step(kTimeStep, {}),
+  CHECK_THROWS_WITH(field.step(kSlabTimeStep, {}),
                     testing::ContainsSubstring("is at topology version"));
-  world.cautery.update(world.solver, middle, cut_settings(8), kTimeStep);
+  world.cautery.update(world.solver, middle, cut_settings(8), kSlabTimeStep);
   world.strands.separate(world.solver);
 }
 

@@ -32,6 +32,7 @@ namespace {
 using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::inspect;
+using testing::kSoftEdge;
 
 // Containers move what cannot fail to move, and copy the rest: copies would follow nothing.
 static_assert(std::is_nothrow_move_constructible_v<LiveSurface>);
@@ -41,11 +42,9 @@ static_assert(std::is_nothrow_move_constructible_v<ThermalMesh>);
 static_assert(std::is_nothrow_move_constructible_v<HeatField>);
 static_assert(std::is_nothrow_move_constructible_v<Cautery>);
 
-constexpr double kEdge = 4e-3;  // m
-
 Scene make_block() {
   Scene scene;
-  scene.add_body("block", testing::make_box({3, 2, 2}, kEdge, 0.1));
+  scene.add_body("block", testing::make_box({3, 2, 2}, kSoftEdge, 0.1));
   return scene;
 }
 
@@ -219,17 +218,17 @@ TEST_CASE("follower: one that was destroyed, or left, hears of nothing more", "[
 
 // Would catch half an edit or half an undo: whoever refuses, nobody has changed.
 TEST_CASE("follower: one that refuses leaves everything as it was", "[unit]") {
-  const TetMesh lower = testing::make_box({3, 2, 2}, kEdge, 0.1);
+  const TetMesh lower = testing::make_box({3, 2, 2}, kSoftEdge, 0.1);
   Scene scene = make_block();
   std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
   for (Eigen::Vector3d& x : points) {
-    x.z() += 3 * kEdge;
+    x.z() += 3 * kSoftEdge;
   }
   const TetMesh upper(points, {lower.tets().begin(), lower.tets().end()});
   scene.add_body("upper", upper);
   ConnectiveTissue strands;
   strands.join(scene, 0, 1,
-               scattered_links(lower, upper, {.max_distance = 2 * kEdge, .density = 2e5}));
+               scattered_links(lower, upper, {.max_distance = 2 * kSoftEdge, .density = 2e5}));
   REQUIRE(!strands.strands().empty());
   Solver solver(scene, {.executor = executor::serial()});
   Tissue& tissue = solver.tissue();

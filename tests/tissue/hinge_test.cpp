@@ -20,14 +20,14 @@ namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
+using testing::kSoftEdge;
 
-constexpr double kEdge = 4e-3;      // m
 constexpr float kRigidity = 1e-4F;  // N m
 
-Scene make_scene(std::array<Index, 3> cells = {2, 2, 1}) {
+Scene make_hinged_scene(std::array<Index, 3> cells = {2, 2, 1}) {
   Scene scene;
-  scene.add_body("first", testing::make_box(cells, kEdge, 0.1));
-  scene.add_body("plate", testing::make_box(cells, kEdge, 0.1, 2));
+  scene.add_body("first", testing::make_box(cells, kSoftEdge, 0.1));
+  scene.add_body("plate", testing::make_box(cells, kSoftEdge, 0.1, 2));
   scene.add_hinges(1, kRigidity);
   return scene;
 }
@@ -65,7 +65,7 @@ std::set<Index> dead_hinges(const Tissue& tissue) {
 }  // namespace
 
 TEST_CASE("hinge: all of a body are at the edges of its surface, outwards", "[unit]") {
-  const Scene scene = make_scene();
+  const Scene scene = make_hinged_scene();
   const auto surface = find_boundary(scene.tets().subspan(scene.body(1).first_tet));
   REQUIRE(scene.hinges().size() == surface.size() * 3 / 2);
   std::set<Triangle> triangles;
@@ -89,7 +89,7 @@ TEST_CASE("hinge: all of a body are at the edges of its surface, outwards", "[un
 }
 
 TEST_CASE("hinge: bad ones are refused by name and change nothing", "[unit]") {
-  Scene scene = make_scene();
+  Scene scene = make_hinged_scene();
   const auto count = static_cast<Index>(scene.hinges().size());
   const Hinge good = scene.hinges()[3];
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -139,7 +139,7 @@ TEST_CASE("hinge: bad ones are refused by name and change nothing", "[unit]") {
   CHECK(static_cast<Index>(scene.hinges().size()) == count);
 
   Scene one;
-  one.add_body("box", testing::make_box({1, 1, 1}, kEdge));
+  one.add_body("box", testing::make_box({1, 1, 1}, kSoftEdge));
   CHECK(one.add_hinge({{0, 1, 3, 5}, kRigidity}) == 0);
   CHECK(one.add_hinge({{0, 2, 3, 6}, kRigidity}) == 1);
   CHECK_THROWS_WITH(one.add_hinges(0, kRigidity), ContainsSubstring("hinge already"));
@@ -147,7 +147,7 @@ TEST_CASE("hinge: bad ones are refused by name and change nothing", "[unit]") {
 }
 
 TEST_CASE("hinge: goes with a triangle of its own, and comes back with it", "[unit]") {
-  const Scene scene = make_scene();
+  const Scene scene = make_hinged_scene();
   Tissue tissue(scene);
   const Index tet = scene.body(1).first_tet + 4;
   const std::set<Index> all = hinges_of(tissue, tet, kInvalidIndex);
@@ -225,9 +225,9 @@ TEST_CASE("hinge: goes with a triangle of its own, and comes back with it", "[un
 
 // Would catch a cut after which the side that got the copies bends more easily than the other.
 TEST_CASE("hinge: of two sides that a cut parts, both keep theirs", "[unit]") {
-  Tissue tissue(make_scene({4, 2, 1}));
+  Tissue tissue(make_hinged_scene({4, 2, 1}));
   const auto x = [&](Index v) { return tissue.rest_positions()[v].x(); };
-  const double middle = 2 * kEdge, tolerance = 0.1 * kEdge;
+  const double middle = 2 * kSoftEdge, tolerance = 0.1 * kSoftEdge;
   const auto [first, last] =
       std::ranges::minmax(tissue.rest_positions(), {}, [](const auto& p) { return p.x(); });
   REQUIRE(first.x() + last.x() == testing::Approx(2 * middle).margin(tolerance));
@@ -266,7 +266,7 @@ TEST_CASE("hinge: of two sides that a cut parts, both keep theirs", "[unit]") {
 // Would catch arrays that a scene without hinges pays for.
 TEST_CASE("hinge: tissue without any has no room for them, and new bodies bring theirs", "[unit]") {
   Scene scene;
-  scene.add_body("first", testing::make_box({2, 2, 1}, kEdge, 0.1));
+  scene.add_body("first", testing::make_box({2, 2, 1}, kSoftEdge, 0.1));
   Tissue tissue(scene);
   tissue.reserve(100, 100, 100, 100);
   const TissueData& data = testing::inspect(tissue);
@@ -274,7 +274,7 @@ TEST_CASE("hinge: tissue without any has no room for them, and new bodies bring 
             data.hinge_alive.memory_bytes() ==
         0);
   TopologyEdit edit{.new_vertices = {{0, 0}}, .corner_moves = {{0, 0, tissue.vertex_count()}}};
-  edit.new_bodies.add_body("guest", testing::make_box({1, 1, 1}, kEdge));
+  edit.new_bodies.add_body("guest", testing::make_box({1, 1, 1}, kSoftEdge));
   edit.new_bodies.add_hinges(0, kRigidity);
   REQUIRE(tissue.tets()[0][0] == 0);
   const Index first = tissue.vertex_count() + 1;

@@ -21,17 +21,17 @@ namespace {
 
 using testing::Approx;
 using testing::check_refused;
+using testing::kSoftEdge;
 using testing::SheetMesh;
 
-constexpr double kEdge = 4e-3;  // m
 constexpr SheetMaterial kMaterial{.thickness = 5e-4F, .density = 1100, .youngs_modulus = 1e6F};
 
 // A block, a sheet of 3 by 2 squares, another of one.
-Scene make_scene() {
-  const SheetMesh wide = testing::make_sheet({3, 2}, kEdge),
-                  small = testing::make_sheet({1, 1}, kEdge);
+Scene make_block_and_sheets() {
+  const SheetMesh wide = testing::make_sheet({3, 2}, kSoftEdge),
+                  small = testing::make_sheet({1, 1}, kSoftEdge);
   Scene scene;
-  scene.add_body("block", testing::make_box({1, 1, 1}, kEdge));
+  scene.add_body("block", testing::make_box({1, 1, 1}, kSoftEdge));
   scene.add_sheet("wide", wide.positions, wide.triangles, kMaterial);
   scene.add_sheet("small", small.positions, small.triangles, kMaterial);
   return scene;
@@ -42,7 +42,7 @@ Scene make_scene() {
 // Would catch mass by another thickness or density, triangles in another numbering than that of the
 // scene, and edges of two triangles without a hinge, or with another rigidity than a plate's.
 TEST_CASE("sheet: has the mass of its area, and hinges as a plate", "[unit]") {
-  const Scene scene = make_scene();
+  const Scene scene = make_block_and_sheets();
   const Body& sheet = scene.body(1);
   CHECK(sheet.tet_count == 0);
   CHECK(sheet.triangle_count == 12);
@@ -50,10 +50,10 @@ TEST_CASE("sheet: has the mass of its area, and hinges as a plate", "[unit]") {
   CHECK(scene.triangles().size() == 14);
   CHECK(scene.triangles()[12][0] == scene.body(2).first_vertex);
   const auto masses = scene.masses().subspan(static_cast<std::size_t>(sheet.first_vertex), 12);
-  const double area = 6 * kEdge * kEdge, density = 1100 * 5e-4;
+  const double area = 6 * kSoftEdge * kSoftEdge, density = 1100 * 5e-4;
   CHECK(std::accumulate(masses.begin(), masses.end(), 0.0) == Approx(density * area));
   // of two triangles around the corner, half a square each
-  CHECK(masses[0] == Approx(density * kEdge * kEdge / 3));
+  CHECK(masses[0] == Approx(density * kSoftEdge * kSoftEdge / 3));
   CHECK(scene.hinges().size() ==
         6 + 3 + 4 + 1);  // diagonals, edges along y and x; of the small one
   CHECK(scene.hinges()[0].rigidity == Approx(1e6 * std::pow(5e-4, 3) / (12 * (1 - 0.45 * 0.45))));
@@ -61,9 +61,9 @@ TEST_CASE("sheet: has the mass of its area, and hinges as a plate", "[unit]") {
 
 // Would catch a bad sheet that is taken, in part or whole.
 TEST_CASE("sheet: bad ones are refused by name and change nothing", "[unit]") {
-  Scene scene = make_scene();
+  Scene scene = make_block_and_sheets();
   const std::size_t bodies = scene.bodies().size(), hinges = scene.hinges().size();
-  const SheetMesh mesh = testing::make_sheet({1, 1}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({1, 1}, kSoftEdge);
   const auto add = [&](const char* name, const SheetMesh& of, const SheetMaterial& material) {
     return [&scene, name, &of, material] {
       scene.add_sheet(name, of.positions, of.triangles, material);
@@ -99,7 +99,7 @@ TEST_CASE("sheet: bad ones are refused by name and change nothing", "[unit]") {
 
 // Would catch a second hinge between two triangles, and one whose triangle the sheet has not.
 TEST_CASE("sheet: further hinges follow the rules of hinges", "[unit]") {
-  Scene scene = make_scene();
+  Scene scene = make_block_and_sheets();
   check_refused([&] { scene.add_hinges(1, 1e-6F); }, "have a hinge already");
   const Index first = scene.body(1).first_vertex;
   check_refused(
@@ -112,7 +112,7 @@ TEST_CASE("sheet: further hinges follow the rules of hinges", "[unit]") {
 // Would catch mass, hinges, links or vertices that stay behind when triangles go, and an undo that
 // leaves any of it out.
 TEST_CASE("sheet: removed triangles take mass, hinges and links along", "[unit]") {
-  Scene scene = make_scene();
+  Scene scene = make_block_and_sheets();
   const Index corner = scene.body(1).first_vertex;  // of two triangles
   scene.add_link({0, corner, 1e-3F, {}});
   Tissue tissue(scene);
@@ -139,7 +139,7 @@ TEST_CASE("sheet: removed triangles take mass, hinges and links along", "[unit]"
 
 // Would catch a rip that leaves both sides joined, or parts what keeps a common edge.
 TEST_CASE("sheet: rips along edges, and hinges across the rip go", "[unit]") {
-  const Scene scene = make_scene();
+  const Scene scene = make_block_and_sheets();
   Tissue tissue(scene);
   const Index first = scene.body(1).first_vertex;
   // from the lower rim up the edge between the first and the second column of squares
@@ -148,7 +148,7 @@ TEST_CASE("sheet: rips along edges, and hinges across the rip go", "[unit]") {
   TopologyEdit edit;
   edit.new_vertices = {{low, low, 0}};
   for (const Index t : tissue.triangles_at(low)) {
-    const auto is_right = [&](Index v) { return scene.positions()[v].x() > 1.5 * kEdge; };
+    const auto is_right = [&](Index v) { return scene.positions()[v].x() > 1.5 * kSoftEdge; };
     if (std::ranges::any_of(scene.triangles()[t], is_right)) {
       edit.triangle_moves.push_back({t, low, copy_of_low});
     }
@@ -174,7 +174,7 @@ TEST_CASE("sheet: rips along edges, and hinges across the rip go", "[unit]") {
 
 // Would catch moves that tear what they must not: ids, corners and copies that are not good.
 TEST_CASE("sheet: bad moves are refused", "[unit]") {
-  const Scene scene = make_scene();
+  const Scene scene = make_block_and_sheets();
   Tissue tissue(scene);
   const Index first = scene.body(1).first_vertex, copy = tissue.vertex_count();
   const Triangle& triangle = tissue.triangles()[0];
@@ -204,7 +204,7 @@ TEST_CASE("sheet: bad moves are refused", "[unit]") {
 
 // Would catch triangles that a compaction drops, or leaves with old numbers.
 TEST_CASE("sheet: compaction keeps what lives", "[unit]") {
-  const Scene scene = make_scene();
+  const Scene scene = make_block_and_sheets();
   Tissue tissue(scene);
   tissue.apply({.remove_triangles = {0, 1}});
   Renumbering ids;
@@ -226,13 +226,13 @@ TEST_CASE("sheet: compaction keeps what lives", "[unit]") {
 // scene.
 TEST_CASE("sheet: comes and goes with edits", "[unit]") {
   Scene first;
-  first.add_body("block", testing::make_box({1, 1, 1}, kEdge));
+  first.add_body("block", testing::make_box({1, 1, 1}, kSoftEdge));
   Tissue tissue(first);
-  const SheetMesh mesh = testing::make_sheet({3, 2}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({3, 2}, kSoftEdge);
   TopologyEdit edit;
   edit.new_bodies.add_sheet("wide", mesh.positions, mesh.triangles, kMaterial);
   tissue.apply(edit);
-  const Scene whole = make_scene();
+  const Scene whole = make_block_and_sheets();
   CHECK(tissue.triangles().size() == 12);
   CHECK(std::ranges::equal(tissue.triangles(), whole.triangles().first(12)));
   CHECK(tissue.hinges().size() == 13);

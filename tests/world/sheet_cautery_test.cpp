@@ -11,28 +11,29 @@
 #include "tests/support/meshes.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/world/sheets.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
 using testing::check_ledger;
+using testing::kSheetDt;
+using testing::kSheetThickness;
 using testing::SheetMesh;
 
-constexpr double kEdge = 1e-3;  // m
-constexpr Index kCells = 16;
-constexpr float kThickness = 0.5e-3F;  // m
-constexpr double kDt = 5e-3;           // s
+constexpr double kBurntEdge = 1e-3;  // m
+constexpr Index kBurntCells = 16;
 
 // A sheet without weight that is held at its rim, and a hook that points at its middle.
 struct BurntSheet {
   // @param height  m, of the hook over the sheet
-  explicit BurntSheet(float height = 0.3e-3F, double edge = kEdge)
+  explicit BurntSheet(float height = 0.3e-3F, double edge = kBurntEdge)
       : world({.damping = 20, .executor = executor::threads(1)}) {
-    const SheetMesh mesh = testing::make_sheet({kCells, kCells}, edge, 0.1);
-    sheet = world.add_sheet("peritoneum", mesh.positions, mesh.triangles, kThickness,
+    const SheetMesh mesh = testing::make_sheet({kBurntCells, kBurntCells}, edge, 0.1);
+    sheet = world.add_sheet("peritoneum", mesh.positions, mesh.triangles, kSheetThickness,
                             tissues::membrane());
-    const double side = kCells * edge;
+    const double side = kBurntCells * edge;
     world.fix(sheet, [&](const Eigen::Vector3d& x) {
       return x.x() < 0.1 * edge || x.y() < 0.1 * edge || x.x() > side - 0.1 * edge ||
              x.y() > side - 0.1 * edge;
@@ -48,7 +49,7 @@ struct BurntSheet {
     world.energise(burner, power > 0 ? cut_settings(power) : off_settings());
     Index removed = 0;
     for (int i = 0; i < steps; ++i) {
-      const Frame frame = world.step(kDt);
+      const Frame frame = world.step(kSheetDt);
       REQUIRE(frame.ok());
       removed += frame.removed_triangles;
       check_ledger(world.cautery(burner));
@@ -83,7 +84,7 @@ TEST_CASE("sheet cautery: a hook burns a hole from either side", "[long]") {
   const std::vector<Index> dead = burnt.dead();
   CHECK(removed == static_cast<Index>(dead.size()));
   CHECK(removed > 4);
-  const Eigen::Vector3d middle(kCells * kEdge / 2, kCells * kEdge / 2, 0);
+  const Eigen::Vector3d middle(kBurntCells * kBurntEdge / 2, kBurntCells * kBurntEdge / 2, 0);
   for (const Index t : dead) {
     for (const Index v : burnt.world.tissue().triangles()[static_cast<std::size_t>(t)]) {
       CHECK((burnt.world.tissue().rest_positions()[static_cast<std::size_t>(v)] - middle).norm() <
@@ -101,9 +102,9 @@ TEST_CASE("sheet cautery: a hook burns a hole from either side", "[long]") {
 // Would catch a disk's closed form on a sheet, whose half-space is not there, and coarse triangles
 // that an electrode between their corners does not touch.
 TEST_CASE("sheet cautery: a coarse sheet burns by its potential", "[unit]") {
-  BurntSheet burnt(0.3e-3F, 6 * kEdge);
+  BurntSheet burnt(0.3e-3F, 6 * kBurntEdge);
   burnt.world.energise(burnt.burner, cut_settings(20));
-  const Frame frame = burnt.world.step(kDt);
+  const Frame frame = burnt.world.step(kSheetDt);
   REQUIRE(frame.cauteries.size() == 1);
   CHECK_FALSE(frame.cauteries[0].is_disk);
   CHECK(frame.cauteries[0].contact_vertices > 0);
@@ -147,7 +148,7 @@ TEST_CASE("sheet cautery: a file goes on as the world that was saved, to the bit
     REQUIRE(std::ranges::equal(here.temperatures(), there.temperatures()));
     REQUIRE(std::ranges::equal(here.water(), there.water()));
     REQUIRE(here.ledger().removed == there.ledger().removed);
-    const Frame ours = burnt.world.step(kDt), theirs = other.step(kDt);
+    const Frame ours = burnt.world.step(kSheetDt), theirs = other.step(kSheetDt);
     REQUIRE(ours.removed_triangles == theirs.removed_triangles);
   }
 }
@@ -183,13 +184,13 @@ TEST_CASE("sheet cautery: bad input is refused", "[unit]") {
   testing::check_refused([&] { cautery.restore(snapshot); }, "there is no triangle 1048576");
   snapshot.due = {{element_of_triangle(1), false}, {element_of_triangle(2), false}};
   testing::check_refused([&] { cautery.restore(snapshot); }, "must ascend");
-  testing::check_refused([&] { (void)cautery.state_of_triangle(2 * kCells * kCells); },
+  testing::check_refused([&] { (void)cautery.state_of_triangle(2 * kBurntCells * kBurntCells); },
                          "there is no triangle 512");
   TissueRecord dry = tissues::membrane();
   dry.heat.water_fraction = 0;
   World other;
-  const SheetMesh mesh = testing::make_sheet({2, 2}, kEdge);
-  const BodyId sheet = other.add_sheet("dry", mesh.positions, mesh.triangles, kThickness, dry);
+  const SheetMesh mesh = testing::make_sheet({2, 2}, kBurntEdge);
+  const BodyId sheet = other.add_sheet("dry", mesh.positions, mesh.triangles, kSheetThickness, dry);
   const ToolId hook = other.add_tool({}, ToolPose::Identity());
   testing::check_refused([&] { other.add_cautery(hook, {sheet}); },
                          "the tissue of body 'dry' has no water");

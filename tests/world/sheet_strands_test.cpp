@@ -11,19 +11,20 @@
 #include "tests/support/meshes.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/world/sheets.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::kSheetDt;
+using testing::kSheetThickness;
 using testing::SheetMesh;
 
-constexpr double kEdge = 2e-3;  // m
-constexpr double kGap = 3e-3;   // m
-constexpr Index kCells = 8;
-constexpr double kSide = kCells * kEdge;  // m
-constexpr float kThickness = 0.5e-3F;     // m
-constexpr double kDt = 5e-3;              // s
+constexpr double kHungEdge = 2e-3;  // m
+constexpr double kGap = 3e-3;       // m
+constexpr Index kHungCells = 8;
+constexpr double kSide = kHungCells * kHungEdge;  // m
 
 // A slab that is fixed, and a sheet below it that hangs from it by strands alone.
 struct HungSheet {
@@ -31,7 +32,7 @@ struct HungSheet {
   explicit HungSheet(bool sheet_is_first, int segments = 1, float tear_stretch = 2,
                      Index copies = 1)
       : world({.damping = 5, .copies = copies, .executor = executor::threads(1)}) {
-    const TetMesh box = testing::make_box({kCells, kCells, 1}, kEdge);
+    const TetMesh box = testing::make_box({kHungCells, kHungCells, 1}, kHungEdge);
     std::vector<Eigen::Vector3d> points(box.positions().begin(), box.positions().end());
     for (Eigen::Vector3d& x : points) {
       x.z() += kGap;
@@ -39,8 +40,8 @@ struct HungSheet {
     slab = world.add_body("slab", TetMesh(points, {box.tets().begin(), box.tets().end()}),
                           tissues::liver());
     world.fix(slab, [](const Eigen::Vector3d&) { return true; });
-    const SheetMesh mesh = testing::make_sheet({kCells, kCells}, kEdge);
-    sheet = world.add_sheet("peritoneum", mesh.positions, mesh.triangles, kThickness,
+    const SheetMesh mesh = testing::make_sheet({kHungCells, kHungCells}, kHungEdge);
+    sheet = world.add_sheet("peritoneum", mesh.positions, mesh.triangles, kSheetThickness,
                             tissues::membrane());
     world.set_gravity({0, 0, -9.81F});
     strand_count = world.join(
@@ -86,10 +87,11 @@ struct HungSheet {
 TEST_CASE("sheet strands: together they bear the weight of a sheet", "[long]") {
   HungSheet hung(GENERATE(true, false));
   for (int i = 0; i < 400; ++i) {
-    REQUIRE(hung.world.step(kDt).ok());
+    REQUIRE(hung.world.step(kSheetDt).ok());
   }
   CHECK(hung.world.strands().whole_count() == hung.strand_count);
-  CHECK(hung.mass() == Approx(tissues::membrane().mechanics.density * kThickness * kSide * kSide));
+  CHECK(hung.mass() ==
+        Approx(tissues::membrane().mechanics.density * kSheetThickness * kSide * kSide));
   CHECK(hung.pull() == Approx(9.81 * hung.mass()).epsilon(0.01));
 }
 
@@ -97,17 +99,17 @@ TEST_CASE("sheet strands: together they bear the weight of a sheet", "[long]") {
 TEST_CASE("sheet strands: a sheet has as many fibres on each side as a solid", "[property]") {
   const bool is_above = GENERATE(true, false);  // the block
   constexpr double kDensity = 3e6;              // 1/m^2
-  const SheetMesh mesh = testing::make_sheet({kCells, kCells}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({kHungCells, kHungCells}, kHungEdge);
   std::vector<Eigen::Vector3d> points = mesh.positions;
   for (Eigen::Vector3d& x : points) {
-    x.z() = is_above ? kEdge + kGap : -kGap;
+    x.z() = is_above ? kHungEdge + kGap : -kGap;
   }
   std::vector<Triangle> triangles = mesh.triangles;
   for (std::size_t t = 0; t < triangles.size(); t += 2) {
     std::swap(triangles[t][0], triangles[t][1]);  // whichever way they are wound
   }
   Scene scene;
-  scene.add_body("block", testing::make_box({kCells, kCells, 1}, kEdge));
+  scene.add_body("block", testing::make_box({kHungCells, kHungCells, 1}, kHungEdge));
   scene.add_sheet("sheet", points, triangles, {});
   scene.add_sheet("other", mesh.positions, mesh.triangles, {});
   const LinkedSurface block(scene, 0), sheet(scene, 1);
@@ -133,9 +135,9 @@ TEST_CASE("sheet strands: a sheet has as many fibres on each side as a solid", "
 TEST_CASE("sheet strands: they go with the sheet's triangles, and an undo brings them back",
           "[unit]") {
   HungSheet hung(true, GENERATE(1, 3));
-  hung.world.step(kDt);
+  hung.world.step(kSheetDt);
   const Tissue& tissue = hung.world.tissue();
-  const Index corner = tissue.body(1).first_vertex + 4 * (kCells + 1) + 4;
+  const Index corner = tissue.body(1).first_vertex + 4 * (kHungCells + 1) + 4;
   const auto around = tissue.triangles_at(corner);
   Index at_corner = 0;
   for (const Strand& strand : hung.world.strands().strands()) {
@@ -143,7 +145,7 @@ TEST_CASE("sheet strands: they go with the sheet's triangles, and an undo brings
   }
   REQUIRE(at_corner > 0);
   hung.world.edit({.remove_triangles = {around.begin(), around.end()}});
-  REQUIRE(hung.world.step(kDt).ok());
+  REQUIRE(hung.world.step(kSheetDt).ok());
   CHECK(hung.world.strands().whole_count() == hung.strand_count - at_corner);
   CHECK(std::ranges::all_of(hung.world.strands().events(), [](const StrandEvent& event) {
     return event.cause == StrandLoss::without_tissue;
@@ -151,7 +153,7 @@ TEST_CASE("sheet strands: they go with the sheet's triangles, and an undo brings
   hung.world.undo();
   CHECK(hung.world.strands().whole_count() == hung.strand_count);
   hung.world.edit({.remove_triangles = {around.begin(), around.end()}});
-  REQUIRE(hung.world.step(kDt).ok());
+  REQUIRE(hung.world.step(kSheetDt).ok());
   hung.world.compact();
   CHECK(hung.world.strands().whole_count() == hung.strand_count - at_corner);
   for (Index s = 0; s < hung.strand_count; ++s) {
@@ -170,12 +172,12 @@ TEST_CASE("sheet strands: they tear where the sheet is pulled off", "[unit]") {
   hung.world.replica(ReplicaId(1))
       .set_forces(vertices, std::vector<Eigen::Vector3f>(vertices.size(), {0, 0, -0.05F}));
   for (int i = 0; i < 20; ++i) {
-    REQUIRE(hung.world.step(kDt).ok());
+    REQUIRE(hung.world.step(kSheetDt).ok());
   }
   CHECK(hung.world.strands().whole_count() == hung.strand_count);  // the first replica is looked at
   hung.world.set_forces(vertices, std::vector<Eigen::Vector3f>(vertices.size(), {0, 0, -0.05F}));
   for (int i = 0; i < 20; ++i) {
-    REQUIRE(hung.world.step(kDt).ok());
+    REQUIRE(hung.world.step(kSheetDt).ok());
   }
   CHECK(hung.world.strands().share_lost(StrandLoss::torn) == 1);
 }
@@ -184,17 +186,17 @@ TEST_CASE("sheet strands: they tear where the sheet is pulled off", "[unit]") {
 TEST_CASE("sheet strands: a file goes on as the world that was saved, to the bit", "[property]") {
   HungSheet hung(false, 2);
   hung.world.record();
-  hung.world.step(kDt);
+  hung.world.step(kSheetDt);
   hung.world.edit({.remove_triangles = {10, 11, 12, 13}});
-  hung.world.step(kDt);
+  hung.world.step(kSheetDt);
   const testing::TemporaryFolder folder;
   write_world(folder / "a.world", hung.world.save());
   World other = read_world(folder / "a.world", executor::threads(1));
   CHECK(other.strands().whole_count() == hung.world.strands().whole_count());
   for (int i = 0; i < 5; ++i) {
     REQUIRE(other.solver().state_hash() == hung.world.solver().state_hash());
-    hung.world.step(kDt);
-    other.step(kDt);
+    hung.world.step(kSheetDt);
+    other.step(kSheetDt);
   }
 }
 

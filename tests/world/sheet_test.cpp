@@ -12,27 +12,29 @@
 #include "tests/support/meshes.h"
 #include "tests/support/sheet_meshes.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/world/sheets.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::check_refused;
+using testing::kSheetDt;
+using testing::kSheetThickness;
 using testing::SheetMesh;
 
-constexpr double kEdge = 4e-3;         // m
-constexpr float kThickness = 0.5e-3F;  // m
-constexpr double kDt = 5e-3;           // s
+constexpr double kSheetWorldEdge = 4e-3;  // m
 
 // A block with a hinged surface, and a sheet beside it.
 struct SheetWorld {
   SheetWorld() {
-    block = world.add_body("block", testing::make_box({2, 2, 1}, kEdge, 0.1), tissues::liver());
+    block = world.add_body("block", testing::make_box({2, 2, 1}, kSheetWorldEdge, 0.1),
+                           tissues::liver());
     world.add_hinges(block, 1e-6F);
-    const SheetMesh mesh = testing::make_sheet({6, 5}, kEdge, 0.2);
-    sheet = world.add_sheet("peritoneum", mesh.positions, mesh.triangles, kThickness,
+    const SheetMesh mesh = testing::make_sheet({6, 5}, kSheetWorldEdge, 0.2);
+    sheet = world.add_sheet("peritoneum", mesh.positions, mesh.triangles, kSheetThickness,
                             tissues::membrane());
     world.fix(block, {0, 1, 2});
-    world.fix(sheet, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    world.fix(sheet, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kSheetWorldEdge; });
   }
 
   // Of the vertex in the second column and row.
@@ -47,7 +49,7 @@ struct SheetWorld {
       edit.triangle_moves.push_back({t, from, tissue.vertex_count()});
     }
     world.edit(edit);
-    REQUIRE(world.step(kDt).ok());
+    REQUIRE(world.step(kSheetDt).ok());
   }
 
   World world{SolverOptions{.executor = executor::threads(1)}};
@@ -83,7 +85,7 @@ TEST_CASE("world sheet: its surface has both sides, and follows edits", "[unit]"
   }
   const std::uint64_t before = skin.version();
   slab.world.edit({.remove_triangles = {0, 1, 2}});
-  REQUIRE(slab.world.step(kDt).ok());
+  REQUIRE(slab.world.step(kSheetDt).ok());
   CHECK(sides().size() == 2 * 57);
   CHECK(skin.version() > before);
   slab.rip();
@@ -96,19 +98,20 @@ TEST_CASE("world sheet: its surface has both sides, and follows edits", "[unit]"
 TEST_CASE("world sheet: a file goes on as the world that was saved, to the bit", "[property]") {
   SheetWorld slab;
   slab.world.record();
-  slab.world.step(kDt);
+  slab.world.step(kSheetDt);
   slab.rip();
   slab.world.edit({.remove_triangles = {10, 11}});
-  const SheetMesh disc = testing::make_disc(2, 2 * kEdge);
-  slab.world.add_sheet("disc", disc.positions, disc.triangles, kThickness, tissues::membrane());
+  const SheetMesh disc = testing::make_disc(2, 2 * kSheetWorldEdge);
+  slab.world.add_sheet("disc", disc.positions, disc.triangles, kSheetThickness,
+                       tissues::membrane());
   for (int i = 0; i < 3; ++i) {
-    REQUIRE(slab.world.step(kDt).ok());
+    REQUIRE(slab.world.step(kSheetDt).ok());
   }
   const testing::TemporaryFolder folder;
   write_world(folder / "a.world", slab.world.save());
   World other = read_world(folder / "a.world", executor::threads(1));
   CHECK(std::ranges::equal(other.tissue().triangles(), slab.world.tissue().triangles()));
-  CHECK(other.tissue().body(1).thickness == kThickness);
+  CHECK(other.tissue().body(1).thickness == kSheetThickness);
   CHECK(other.tissue().body(2).triangle_count == 24);
   REQUIRE(other.tissue().hinges().size() == slab.world.tissue().hinges().size());
   for (std::size_t h = 0; h < other.tissue().hinges().size(); ++h) {
@@ -116,8 +119,8 @@ TEST_CASE("world sheet: a file goes on as the world that was saved, to the bit",
   }
   for (int i = 0; i < 5; ++i) {
     REQUIRE(other.solver().state_hash() == slab.world.solver().state_hash());
-    slab.world.step(kDt);
-    other.step(kDt);
+    slab.world.step(kSheetDt);
+    other.step(kSheetDt);
   }
 }
 
@@ -126,14 +129,15 @@ TEST_CASE("world sheet: a file goes on as the world that was saved, to the bit",
 TEST_CASE("world sheet: has stiffness and rest area of triangles, and so has its file",
           "[property]") {
   SheetWorld slab;
-  slab.world.set_stiffnesses(
-      slab.sheet, [](const Eigen::Vector3d& x) { return x.x() > 3 * kEdge ? 4.0F : 1.0F; });
+  slab.world.set_stiffnesses(slab.sheet, [](const Eigen::Vector3d& x) {
+    return x.x() > 3 * kSheetWorldEdge ? 4.0F : 1.0F;
+  });
   slab.world.record();
-  slab.world.step(kDt);
+  slab.world.step(kSheetDt);
   const float area = 0.8F * slab.world.solver().rest_area(11);
   slab.world.edit({.rest_areas = {{11, area}}, .triangle_stiffnesses = {{7, 2}}});
   slab.world.edit({.remove_triangles = {3}, .triangle_stiffnesses = {{59, 0.5F}}});
-  REQUIRE(slab.world.step(kDt).ok());
+  REQUIRE(slab.world.step(kSheetDt).ok());
   const testing::TemporaryFolder folder;
   write_world(folder / "a.world", slab.world.save());
   World read = read_world(folder / "a.world", executor::threads(1)), saved(slab.world.save());
@@ -147,29 +151,29 @@ TEST_CASE("world sheet: has stiffness and rest area of triangles, and so has its
       for (const Index v : tissue.triangles()[static_cast<std::size_t>(t)]) {
         x += tissue.rest_positions()[static_cast<std::size_t>(v)].x() / 3;
       }
-      CHECK(tissue.triangle_stiffness(t) == (x > 3 * kEdge ? 4 : 1));
+      CHECK(tissue.triangle_stiffness(t) == (x > 3 * kSheetWorldEdge ? 4 : 1));
     }
   }
   for (int i = 0; i < 5; ++i) {
     REQUIRE(read.solver().state_hash() == slab.world.solver().state_hash());
     REQUIRE(saved.solver().state_hash() == slab.world.solver().state_hash());
-    slab.world.step(kDt);
-    read.step(kDt);
-    saved.step(kDt);
+    slab.world.step(kSheetDt);
+    read.step(kSheetDt);
+    saved.step(kSheetDt);
   }
 }
 
 // Would catch a part that takes sheets and does nothing for them.
 TEST_CASE("world sheet: who has nothing to do with sheets says so", "[unit]") {
   SheetWorld slab;
-  const SheetMesh mesh = testing::make_sheet({1, 1}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({1, 1}, kSheetWorldEdge);
   check_refused(
       [&] {
-        slab.world.add_sheet("tube", mesh.positions, mesh.triangles, kThickness,
+        slab.world.add_sheet("tube", mesh.positions, mesh.triangles, kSheetThickness,
                              {"springs", {.model = ElasticModel::springs}, {}, {}});
       },
       "a sheet is made of a Neo-Hookean material's moduli");
-  CHECK(slab.world.step(kDt).ok());
+  CHECK(slab.world.step(kSheetDt).ok());
 }
 
 // Would catch triangles and copies that are named by old numbers, or twice, once edits are merged
@@ -201,7 +205,7 @@ TEST_CASE("world sheet: edits of several sources become one", "[unit]") {
   CHECK_FALSE(is_empty({.triangle_moves = {{0, 0, 0}}}));
 
   Scene scene;
-  const SheetMesh mesh = testing::make_sheet({2, 2}, kEdge);
+  const SheetMesh mesh = testing::make_sheet({2, 2}, kSheetWorldEdge);
   scene.add_sheet("sheet", mesh.positions, mesh.triangles);
   Tissue tissue(scene);
   EarlierEdits earlier(tissue);

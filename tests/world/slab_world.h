@@ -5,6 +5,7 @@
 /// A world of two slabs with strands between them, for tests.
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "pbdsurg/tissue/library.h"
@@ -67,6 +68,12 @@ struct SlabWorld {
 inline Index count_events(World& world, StrandLoss cause) {
   return static_cast<Index>(
       std::ranges::count(world.strands().events(), cause, &StrandEvent::cause));
+}
+
+/// Whether they hold equal values.
+template <class Value>
+[[nodiscard]] bool same(std::span<const Value> a, std::span<const Value> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
 
 // Parts tissue where x is that, between two heights.

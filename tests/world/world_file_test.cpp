@@ -31,13 +31,9 @@ using testing::check_refused;
 using testing::ContainsSubstring;
 using testing::kDt;
 using testing::read_bytes;
+using testing::same;
 using testing::SlabWorld;
 using testing::TemporaryFolder;
-
-template <class Value>
-bool same(std::span<const Value> a, std::span<const Value> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end());
-}
 
 void check_same(SlabWorld& slabs, World& other) {
   World& world = slabs.world;

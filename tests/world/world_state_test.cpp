@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -28,12 +27,8 @@ namespace {
 using testing::at;
 using testing::check_refused;
 using testing::kDt;
+using testing::same;
 using testing::SlabWorld;
-
-template <class Value>
-bool same(std::span<const Value> a, std::span<const Value> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end());
-}
 
 void check_same_topology(const Tissue& a, const Tissue& b) {
   REQUIRE(a.vertex_count() == b.vertex_count());
@@ -69,7 +64,7 @@ void check_same_events(const ConnectiveTissue& a, const ConnectiveTissue& b) {
   }
 }
 
-void check_same(SlabWorld& slabs, World& other) {
+void check_same_world(SlabWorld& slabs, World& other) {
   check_same_topology(slabs.world.tissue(), other.tissue());
   CHECK(slabs.world.tissue().version() == other.tissue().version());
   check_same_heat(slabs.world.cautery(slabs.burner).field(), other.cautery(slabs.burner).field());
@@ -140,7 +135,7 @@ TEST_CASE("world state: a world goes on as the one that was saved, to the bit", 
     world.step(kDt);
     const WorldState state = world.save();
     World other(state);
-    check_same(slabs, other);
+    check_same_world(slabs, other);
     Index removed = 0;
     for (int step = 0; step < 40; ++step) {
       for (World* each : {&world, &other}) {
@@ -150,7 +145,7 @@ TEST_CASE("world state: a world goes on as the one that was saved, to the bit", 
       REQUIRE(slabs.hash() == other.solver().state_hash());
     }
     CHECK(removed > 0);
-    check_same(slabs, other);
+    check_same_world(slabs, other);
     // a beginning anew, on tissue that was edited
     world.record();
     World rebased(world.save());
@@ -158,7 +153,7 @@ TEST_CASE("world state: a world goes on as the one that was saved, to the bit", 
       world.step(kDt);
       rebased.step(kDt);
     }
-    check_same(slabs, rebased);
+    check_same_world(slabs, rebased);
     // the same moment again, though the world went on; and from a world that was made of it
     World again(state);
     World third(again.save());
@@ -169,7 +164,7 @@ TEST_CASE("world state: a world goes on as the one that was saved, to the bit", 
     for (int step = 0; step < 10; ++step) {
       third.step(kDt);
     }
-    check_same(slabs, third);
+    check_same_world(slabs, third);
   }
 }
 
