@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "lib/solver/methods/contact_multipliers.h"
+
 namespace pbdsurg::cuda {
 
 void SurfaceBuffers::take_over(const SolverData& data, const Room& room, cudaStream_t stream) {
@@ -16,11 +18,16 @@ void SurfaceBuffers::take_over(const SolverData& data, const Room& room, cudaStr
   }
   if (room != room_ || room_.meeters == 0) {
     seen_pieces_.reset();
+    seen_firmness_.reset();
   }
   make_room(data, room, stream);
   if (seen_pieces_ != data.free_pieces.revision()) {
     upload_pieces(data.free_pieces, stream);
     seen_pieces_ = data.free_pieces.revision();
+  }
+  if (seen_firmness_ != data.contact_firmness.revision()) {
+    upload_firmness(data.contact_firmness, stream);
+    seen_firmness_ = data.contact_firmness.revision();
   }
 }
 
@@ -99,6 +106,13 @@ void SurfaceBuffers::upload_pieces(const PieceLists& pieces, cudaStream_t stream
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
 }
 
+void SurfaceBuffers::upload_firmness(const ContactFirmness& firmness, cudaStream_t stream) {
+  std::vector<float> at_places(firmness.of_places().begin(), firmness.of_places().end());
+  at_places.resize(static_cast<std::size_t>(room_.vertices), kPlainFirmness);
+  arrays_.firmness = firmness_.upload(at_places, stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
+}
+
 void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
                                    CopyState& state) const {
   const auto first = static_cast<std::ptrdiff_t>(copy) * arrays_.contact_room;
@@ -123,11 +137,11 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
 
 std::size_t SurfaceBuffers::memory_bytes() const noexcept {
   return triangles_.memory_bytes() + first_corners_.memory_bytes() + next_corners_.memory_bytes() +
-         pieces_.memory_bytes() + near_.memory_bytes() + found_.memory_bytes() +
-         contacts_.memory_bytes() + candidates_.memory_bytes() + ends_.memory_bytes() +
-         level_counts_.memory_bytes() + first_holds_.memory_bytes() + next_holds_.memory_bytes() +
-         springs_.memory_bytes() + rigid_.memory_bytes() + remembered_.memory_bytes() +
-         remembered_ends_.memory_bytes();
+         pieces_.memory_bytes() + firmness_.memory_bytes() + near_.memory_bytes() +
+         found_.memory_bytes() + contacts_.memory_bytes() + candidates_.memory_bytes() +
+         ends_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
+         next_holds_.memory_bytes() + springs_.memory_bytes() + rigid_.memory_bytes() +
+         remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -24,8 +24,8 @@ class SurfaceBuffers {
     bool operator==(const Room&) const = default;
   };
 
-  /// Makes room, and follows triangles and free pieces. Cost: O(triangles + vertices) when these
-  /// have changed; waits then. No step may be at work.
+  /// Makes room, and follows triangles, free pieces and firmness. Cost: O(triangles + vertices)
+  /// when these have changed; waits then. No step may be at work.
   void take_over(const SolverData& data, const Room& room, cudaStream_t stream);
 
   /// After a part of a step: what tools touched, and what the next substep has to know of that.
@@ -39,11 +39,13 @@ class SurfaceBuffers {
   void make_room(const SolverData& data, const Room& room, cudaStream_t stream);
   void upload_triangles(const TissueSurface& surface, Index vertex_room, cudaStream_t stream);
   void upload_pieces(const PieceLists& pieces, cudaStream_t stream);
+  void upload_firmness(const ContactFirmness& firmness, cudaStream_t stream);
 
   Room room_{};
-  std::optional<std::uint64_t> seen_surface_, seen_pieces_;  // revisions
+  std::optional<std::uint64_t> seen_surface_, seen_pieces_, seen_firmness_;  // revisions
 
   DeviceBuffer<Index> triangles_, first_corners_, next_corners_, pieces_;
+  DeviceBuffer<float> firmness_;
   DeviceBuffer<std::uint32_t> near_;
   DeviceBuffer<DeviceContact> found_, contacts_;
   DeviceBuffer<Index> candidates_, ends_, level_counts_, first_holds_, next_holds_;

@@ -11,7 +11,7 @@
 
 #include "cuda/solver/coarse_kernels.cuh"
 #include "cuda/solver/momentum_kernels.cuh"
-#include "cuda/solver/surface_kernels.cuh"
+#include "cuda/solver/surface_answer_kernels.cuh"
 #include "lib/solver/methods/piece_easing.h"
 #include "lib/solver/methods/rigid_balance.h"
 

@@ -275,6 +275,7 @@ struct SurfaceArrays {
   const Index* first_corners = nullptr;
   const Index* next_corners = nullptr;  ///< [corner] the next one there, in the order of triangles
   const Index* piece_of_place = nullptr;  ///< [capacity] free pieces, or kInvalidIndex; may be null
+  const float* firmness = nullptr;        ///< [capacity] see ContactFirmness
   // of the current substep
   std::uint32_t* near = nullptr;      ///< [copy][meeter][word_room] a bit a candidate
   Index* candidates = nullptr;        ///< [copy][meeter][tool_room]

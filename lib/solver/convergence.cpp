@@ -317,8 +317,7 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   const float h = dt / static_cast<float>(division.substeps);
 
   data.custom.begin_step(data);
-  data.surface.refresh(*data.tissue);
-  data.contact_bodies.refresh(*data.tissue, data.surface, data.place_of_vertex);
+  data.refresh_surfaces();
   CopyState probe = now;
   for (ToolState& tool : probe.tools) {
     tool.stay();

@@ -146,6 +146,33 @@ TEST_CASE("surface contact: soft tissue at a thin hook comes to rest", "[validat
   }
 }
 
+// Would catch contacts too soft for the few sweeps of a substep: edges slip past a thin rod that
+// lies flat and is pressed quickly, which then feels next to nothing. Half of what steps of a
+// sixteenth of the length answer, which `contact` compares with.
+TEST_CASE("surface contact: edges do not slip past a thin rod", "[validation]") {
+  constexpr float kEdge = 2e-3F, kDepth = 4e-3F, kSpeed = 0.1F, kRadius = 0.5e-3F;
+  constexpr int kPlaces = 8, kSteps = 30;
+  const Capsule rod{{-8e-3F, 0, 0}, {8e-3F, 0, 0}, kRadius};
+  float force = 0;
+  for (int place = 0; place < kPlaces; ++place) {
+    Solver solver(make_block({12, 12, 5}, kEdge), {.damping = 20});
+    const auto shift = static_cast<float>(place);
+    const Eigen::Vector3f touch(11.1e-3F + 0.21e-3F * shift, 12.9e-3F - 0.17e-3F * shift,
+                                5 * kEdge + kRadius);
+    ToolPose pose(Eigen::Translation3f(touch) *
+                  Eigen::AngleAxisf(0.1F + 0.37F * shift, Eigen::Vector3f::UnitZ()));
+    const ToolId tool = solver.add_tool({&rod, 1}, pose, kAll);
+    for (int i = 1; i <= kSteps; ++i) {
+      const float gone = kSpeed * kStep * static_cast<float>(i);
+      pose.translation() = touch - Eigen::Vector3f(0, 0, std::min(gone, kDepth));
+      solver.move_tool(tool, pose);
+      solver.step(kStep);
+    }
+    force += solver.tool_force(tool).z() / kPlaces;
+  }
+  CHECK(force > 0.25F);  // N
+}
+
 // Would catch a list of near features that is too short, or serves for too long: where a vertex
 // flies by many radii in a step, no list serves, and all features are gone through.
 TEST_CASE("surface contact: lists of near features leave nothing out", "[equivalence]") {

@@ -18,8 +18,21 @@
 namespace pbdsurg {
 
 /// The stiffness of a contact over that of its corners, as far as their neighbours leave them
-/// alone.
-inline constexpr float kContactFirmness = 1;
+/// alone. Where a tool sinks in, neighbours do not: within the few sweeps of a substep, contacts no
+/// stiffer than their corners let edges slip past a thin rod. Tissue that nothing holds, and
+/// sheets, which have nothing behind them, would be thrown off by stiffer ones, and so would all
+/// that a capsule runs into.
+inline constexpr float kPlainFirmness = 1;
+inline constexpr float kHeldFirmness = 4;
+
+/// @param at_rest  of a capsule that does not move: one of the two
+/// @param radii    that it goes in the substep; to a half of one nothing changes, from one on
+///                 firmness is plain
+[[nodiscard]] PBDSURG_HOST_DEVICE inline float firmness_of(float at_rest, float radii) {
+  const float left = 2 * (1 - radii);
+  const float share = left < 1 ? (left > 0 ? left : 0.0F) : 1.0F;
+  return kPlainFirmness + share * (at_rest - kPlainFirmness);
+}
 
 /// After the sweeps of vertex blocks, how often contacts at most are gone through, while any is
 /// inside: each may push others, with which it shares corners, back in.

@@ -27,6 +27,14 @@ struct SweptCapsule {
   [[nodiscard]] PBDSURG_HOST_DEVICE SweptCapsule moved(const Vec3<float>& way) const {
     return {before.moved(way), now.moved(way)};
   }
+
+  /// In radii: the longer one of its ends.
+  [[nodiscard]] PBDSURG_HOST_DEVICE float relative_way() const {
+    using std::sqrt;
+    const Vec3<float> start = now.start - before.start, end = now.end - before.end;
+    const float of_start = dot(start, start), of_end = dot(end, end);
+    return sqrt(of_start < of_end ? of_end : of_start) / now.radius;
+  }
 };
 
 /// A half space in the world through a substep.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "lib/solver/methods/contact_firmness.h"
 #include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/coupled_tool.h"
 #include "lib/solver/methods/feature_search.h"
@@ -19,6 +20,15 @@ namespace pbdsurg {
 namespace {
 
 using Vector = Vec3<float>;
+
+float own_firmness(const StepContext& step, const ToolState& tool, const SurfaceContact& contact) {
+  if (contact.capsule == kInvalidIndex) {
+    return kPlainFirmness;
+  }
+  const SweptCapsule swept = swept_capsule(tool, static_cast<std::size_t>(contact.capsule));
+  return firmness_of(step.data.contact_firmness.at(contact.feature.places[0]),
+                     swept.relative_way());
+}
 
 // Moves corners by their masses, and the tool by what its spring lets it.
 void project(const StepContext& step, ToolState& tool, SurfaceContact& contact, float friction) {
@@ -83,7 +93,7 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
         yield += weight * pushes_at(place, contact, tool, weight) *
                  yield_of(step, state, place, contact.normal);
       }
-      contact.stiffness = yield > 0 ? kContactFirmness / yield : 0.0F;
+      contact.stiffness = yield > 0 ? own_firmness(step, tool, contact) / yield : 0.0F;
     }
   }
 }

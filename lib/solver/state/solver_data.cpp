@@ -133,11 +133,18 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
   }
 }
 
-void SolverData::start_step(float dt) {
-  custom.begin_step(*this);
+void SolverData::refresh_surfaces() {
   surface.refresh(*tissue);
   contact_bodies.refresh(*tissue, surface, place_of_vertex);
   free_pieces.refresh(*tissue, place_of_vertex);
+  if (surface.has_begun() && options.method == SolverMethod::vertex_block) {
+    contact_firmness.refresh(*tissue, free_pieces, place_of_vertex);
+  }
+}
+
+void SolverData::start_step(float dt) {
+  custom.begin_step(*this);
+  refresh_surfaces();
   SubstepRule rule = rule_of_copies();
   if (is_explicit(options)) {
     rule.longest = static_cast<float>(stable_substep.longest(backend->stiffest(*this)));
@@ -248,10 +255,11 @@ void SolverData::reserve_spare_room() {
 std::size_t SolverData::memory_bytes() const noexcept {
   return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
          coarse_space.memory_bytes() + free_pieces.memory_bytes() + stable_substep.memory_bytes() +
-         custom.memory_bytes() + surface.memory_bytes() + contact_bodies.memory_bytes() +
-         step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
-         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
-         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+         custom.memory_bytes() + surface.memory_bytes() + contact_firmness.memory_bytes() +
+         contact_bodies.memory_bytes() + step_scratch.memory_bytes() +
+         plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
+         followers_->vertices.memory_bytes() + backend->memory_bytes() +
+         (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
 }
 
 }  // namespace pbdsurg

@@ -13,6 +13,7 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "lib/solver/methods/coarse_space.h"
+#include "lib/solver/methods/contact_firmness.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stable_substep.h"
 #include "lib/solver/methods/vertex_blocks.h"
@@ -50,6 +51,7 @@ class SolverData : public SolverState {
   StableSubstep stable_substep;            ///< of explicit steps, else empty
   CustomSets custom;                       ///< on a host
   TissueSurface surface{place_of_vertex};  ///< once a tool or a body meets it
+  ContactFirmness contact_firmness;        ///< of the vertex-block method, likewise
   ContactBodies contact_bodies;            ///< once bodies meet each other
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
@@ -64,6 +66,9 @@ class SolverData : public SolverState {
 
   /// @param dt  s, as Solver::step() takes it
   void start_step(float dt);
+
+  /// Surfaces, and what goes with them, as edits have left them.
+  void refresh_surfaces();
 
   /// To the next part of the step, after one that is not the last.
   /// @param stiffest  the largest stiffest_vertex() of the copies
