@@ -18,7 +18,8 @@ namespace pbdsurg {
 namespace {
 
 constexpr float kAnyStep = 1e-3F;
-constexpr Index kHeldBlock = 0, kFreeBlock = 1, kHeldSheet = 2;  // bodies, in their order
+constexpr Index kHeldBlock = 0, kFreeBlock = 1, kHeldSheet = 2,
+                kParticles = 3;  // bodies, in their order
 
 // After a step, of a body that is one and the same all over.
 float firmness_of(Solver& solver, Index body) {
@@ -54,22 +55,26 @@ Scene make_bodies() {
   }
   scene.add_sheet("sheet", sheet.positions, sheet.triangles, SheetMaterial{});
   scene.fix_where(kHeldSheet, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
+  scene.add_particles("particles", std::vector<Eigen::Vector3d>{{0, 0.5, 0}, {0, 0.6, 0}}, 1e-3);
   return scene;
 }
 
 }  // namespace
 
-// Would catch a rod that throws sheets or loose pieces off, or one that an edit leaves to feel
-// tissue as it was: what is cut off, what comes, and an undo.
+// Would catch a rod that throws sheets, particles or loose pieces off, or one that an edit leaves
+// to feel tissue as it was: what is cut off, what comes, and an undo.
 TEST_CASE("contact firmness: of tetrahedra that something holds, through edits", "[edit]") {
+  const auto surface =
+      GENERATE(ToolSurface{ContactFeatures::all, 0}, ToolSurface{ContactFeatures::vertices, 0.2F});
   Solver solver(make_bodies());
   const Capsule ball{{0, 0, 0}, {0, 0, 0}, 1e-3F};
   ToolPose far = ToolPose::Identity();
   far.translation() = Eigen::Vector3f(0, 1, 0);
-  solver.add_tool({&ball, 1}, far);
+  solver.add_tool({&ball, 1}, far, surface);
   CHECK(firmness_of(solver, kHeldBlock) == kHeldFirmness);
   CHECK(firmness_of(solver, kFreeBlock) == kPlainFirmness);
   CHECK(firmness_of(solver, kHeldSheet) == kPlainFirmness);
+  CHECK(firmness_of(solver, kParticles) == kPlainFirmness);
 
   TopologyEdit edit;  // takes what is fixed off the rest
   for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
@@ -89,7 +94,7 @@ TEST_CASE("contact firmness: of tetrahedra that something holds, through edits",
   const auto guest = edit.new_bodies.add_body("guest", testing::make_box({2, 2, 2}, 5e-3), {});
   edit.new_bodies.fix_where(guest, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
   solver.tissue().apply(edit);
-  CHECK(firmness_of(solver, kHeldSheet + 1) == kHeldFirmness);
+  CHECK(firmness_of(solver, kParticles + 1) == kHeldFirmness);
 }
 
 }  // namespace pbdsurg

@@ -142,9 +142,12 @@ TEST_CASE("coupled tool: a smooth ball that is dragged feels no torque", "[valid
 TEST_CASE("coupled tool: its spring and the tissue are in series", "[validation]") {
   const SolverMethod method = any_method();
   CAPTURE(static_cast<int>(method));
-  constexpr float kDepth = 1e-3F, kStiffness = 50;
+  // projections take fewer substeps where both are soft
+  const float softness = method == SolverMethod::projection ? 0.1F : 1.0F;
+  constexpr float kDepth = 1e-3F;
+  const float spring = 500 * softness;
   const auto force_at = [&](float depth, const ToolCoupling& coupling, float& actual) {
-    Solver solver(make_block(1e3F), quick_options(method, {}, executor::serial()));
+    Solver solver(make_block(10e3F * softness), {.method = method, .executor = executor::serial()});
     const ToolId plate = solver.add_half_space({{0, 0, 0}, {0, 0, -1}}, 0, at({0, 0, kHeight}));
     solver.couple_tool(plate, coupling);
     press(solver, plate, {0, 0, kHeight}, depth, [](int) {});
@@ -154,9 +157,9 @@ TEST_CASE("coupled tool: its spring and the tissue are in series", "[validation]
   float full = 0, actual = 0;
   const float block = force_at(kDepth / 4, {}, full) / (kDepth / 4);  // N/m
   CHECK(full == Approx(kDepth / 4).epsilon(1e-4));
-  const float depth = kDepth / 4 * (kStiffness + block) / kStiffness;
-  const float force = force_at(depth, {kStiffness}, actual);
-  CHECK(force == Approx(depth / (1 / block + 1 / kStiffness)).epsilon(0.02));
+  const float depth = kDepth / 4 * (spring + block) / spring;
+  const float force = force_at(depth, {spring}, actual);
+  CHECK(force == Approx(depth / (1 / block + 1 / spring)).epsilon(0.02));
   CHECK(actual == Approx(kDepth / 4).epsilon(0.02));
 }
 

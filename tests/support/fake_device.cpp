@@ -127,6 +127,7 @@ void FakeDevice::start_step(SolverData& data) {
   take_over(data);
   own_.gravity = data.gravity;
   static_cast<PieceLists&>(own_.free_pieces) = data.free_pieces;
+  own_.contact_firmness = data.contact_firmness;
   own_.coarse_space = data.coarse_space;
   for (Index i = 0; i < data.copy_count(); ++i) {
     own_.copy(i).past_substep = data.copy(i).past_substep;

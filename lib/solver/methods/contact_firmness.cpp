@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/contact_firmness.h"
 
-#include <array>
-
 #include "lib/solver/methods/contact_multipliers.h"
 
 namespace pbdsurg {
@@ -12,15 +10,15 @@ void ContactFirmness::refresh(const Tissue& tissue, const PieceLists& pieces,
   if (version_ == tissue.version()) {
     return;
   }
-  of_places_.assign(place_of_vertex.size(), kHeldFirmness);
+  of_places_.assign(place_of_vertex.size(), kPlainFirmness);
+  for (Index vertex = 0; vertex < tissue.vertex_count(); ++vertex) {
+    if (tissue.bodies()[tissue.body_of_vertex(vertex)].tet_count > 0) {
+      of_places_[place_of_vertex[vertex]] = kHeldFirmness;
+    }
+  }
   for (Index piece = 0; piece < pieces.count(); ++piece) {
     for (const Index place : pieces.places(piece)) {
       of_places_[place] = kPlainFirmness;
-    }
-  }
-  for (const std::array<Index, 3>& triangle : tissue.triangles()) {
-    for (const Index vertex : triangle) {
-      of_places_[place_of_vertex[vertex]] = kPlainFirmness;
     }
   }
   version_ = tissue.version();

@@ -137,7 +137,8 @@ void SolverData::refresh_surfaces() {
   surface.refresh(*tissue);
   contact_bodies.refresh(*tissue, surface, place_of_vertex);
   free_pieces.refresh(*tissue, place_of_vertex);
-  if (surface.has_begun() && options.method == SolverMethod::vertex_block) {
+  if (options.method == SolverMethod::vertex_block &&
+      std::ranges::any_of(tools, &ToolState::has_surface)) {
     contact_firmness.refresh(*tissue, free_pieces, place_of_vertex);
   }
 }

@@ -51,7 +51,7 @@ class SolverData : public SolverState {
   StableSubstep stable_substep;            ///< of explicit steps, else empty
   CustomSets custom;                       ///< on a host
   TissueSurface surface{place_of_vertex};  ///< once a tool or a body meets it
-  ContactFirmness contact_firmness;        ///< of the vertex-block method, likewise
+  ContactFirmness contact_firmness;        ///< of vertex blocks, while a tool meets surfaces
   ContactBodies contact_bodies;            ///< once bodies meet each other
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
