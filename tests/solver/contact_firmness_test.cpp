@@ -9,6 +9,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/solver/methods/contact_multipliers.h"
+#include "lib/solver/methods/feature_meeting.h"
 #include "tests/support/catch.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
@@ -95,6 +96,19 @@ TEST_CASE("contact firmness: of tetrahedra that something holds, through edits",
   edit.new_bodies.fix_where(guest, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
   solver.tissue().apply(edit);
   CHECK(firmness_of(solver, kParticles + 1) == kHeldFirmness);
+}
+
+// Would catch firm contacts of a tool that runs into tissue, which blow it up.
+TEST_CASE("contact firmness: falls from half a radius of way on", "[unit]") {
+  CHECK(firmness_of(kHeldFirmness, 0) == kHeldFirmness);
+  CHECK(firmness_of(kHeldFirmness, 0.5F) == kHeldFirmness);
+  CHECK(firmness_of(kHeldFirmness, 0.75F) == (kHeldFirmness + kPlainFirmness) / 2);
+  CHECK(firmness_of(kHeldFirmness, 1) == kPlainFirmness);
+  CHECK(firmness_of(kHeldFirmness, 9) == kPlainFirmness);
+  CHECK(firmness_of(kPlainFirmness, 0.75F) == kPlainFirmness);
+  const PlacedCapsule before{{0, 0, 0}, 2, {1, 0, 0}};
+  const PlacedCapsule now{{0, 0, 1}, 2, {1, 4, 3}};
+  CHECK(SweptCapsule{before, now}.relative_way() == 2.5F);  // of the longer end
 }
 
 }  // namespace pbdsurg

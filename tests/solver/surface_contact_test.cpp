@@ -147,8 +147,7 @@ TEST_CASE("surface contact: soft tissue at a thin hook comes to rest", "[validat
 }
 
 // Would catch contacts too soft for the few sweeps of a substep: edges slip past a thin rod that
-// lies flat and is pressed quickly, which then feels next to nothing. Half of what steps of a
-// sixteenth of the length answer, which `contact` compares with.
+// lies flat and is pressed quickly, which then feels next to nothing.
 TEST_CASE("surface contact: edges do not slip past a thin rod", "[validation]") {
   constexpr float kEdge = 2e-3F, kDepth = 4e-3F, kSpeed = 0.1F, kRadius = 0.5e-3F;
   constexpr int kPlaces = 8, kSteps = 30;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+/// @file
+/// The sensor of the emulated handle.
+
 #include "pbdsurg/haptics/handle.h"
 
 namespace pbdsurg::testing {

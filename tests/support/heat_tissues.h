@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+/// @file
+/// Tissues that tests of heat warm.
+
 #include "pbdsurg/tissue/library.h"
 
 namespace pbdsurg::testing {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+/// @file
+/// How far a solver is from a static solution.
+
 #include <algorithm>
 #include <vector>
 
