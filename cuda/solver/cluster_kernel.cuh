@@ -20,6 +20,7 @@
 
 #include "cuda/solver/cluster_memory.cuh"
 #include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/surface_projection_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
 #include "lib/device/cluster_layout.h"
@@ -40,7 +41,7 @@ static_assert(
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {
-  std::uint32_t slots, bases, carries, stages, rounds, arrived, fetched;
+  std::uint32_t slots, bases, carries, stages, corners, rounds, arrived, fetched, surfaces;
   std::uint32_t stage_bytes;
 };
 
@@ -303,6 +304,89 @@ __device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArray
   }
 }
 
+/// Corners of contacts in the shared memory of the blocks where they are at home: near at hand in
+/// this block, if there is room.
+class ClusterCorners {
+ public:
+  __device__ ClusterCorners(const ClusterArrays& cluster, const ClusterMemory& memory, Index count)
+      : homes_(cluster.homes),
+        slots_(memory.slots),
+        stage_(memory.corners),
+        is_staged_(count <= kStagedClusterContacts) {}
+
+  [[nodiscard]] __device__ bool is_staged() const { return is_staged_; }
+  [[nodiscard]] __device__ std::uint32_t home(Index place) const {
+    const std::uint32_t home = __ldg(homes_ + place);
+    return address_in(home >> 16, slots_ + 16 * (home & 0xffff));
+  }
+  [[nodiscard]] __device__ std::uint32_t staged(Index root) const {
+    return stage_ + 16 * static_cast<std::uint32_t>(root);
+  }
+
+  [[nodiscard]] __device__ Particle load(Index place, Index root) const {
+    const float4 p = is_staged_ ? load_slot(staged(root)) : load_there(home(place));
+    return {p.x, p.y, p.z, p.w};
+  }
+  __device__ void store(Index place, Index root, const Particle& p) const {
+    const float4 v = make_float4(p.x, p.y, p.z, p.w);
+    if (is_staged_) {
+      store_shared(staged(root), v);
+    } else {
+      store_there(home(place), v);
+    }
+  }
+
+ private:
+  const std::uint32_t* homes_;
+  std::uint32_t slots_, stage_;
+  bool is_staged_;
+};
+
+/// After a sweep, what contacts with surfaces do: the first block does it for all, while others
+/// wait.
+/// @param count   of contacts
+/// @param parity  of the sweep
+template <int kThreads>
+__device__ void project_surfaces_of_cluster(const ClusterArrays& cluster,
+                                            const ClusterMemory& memory,
+                                            const SurfaceArrays& surfaces, Index count,
+                                            std::uint32_t parity) {
+  const std::uint32_t are_home = memory.surfaces, have_moved = memory.surfaces + 8;
+  if (threadIdx.x == 0) {
+    arrive(address_in(0, are_home));
+  }
+  if (block_of_cluster() == 0) {
+    const ClusterCorners corners(cluster, memory, count);
+    const auto for_each_staged = [&](const auto& visit) {
+      if (corners.is_staged()) {
+        for_each_corner(surfaces, count, kThreads, visit);
+      }
+    };
+    const Index levels = __ldcg(surfaces.level_counts);
+    OwnContacts own(surfaces, count, kThreads);
+    wait_for_cluster(are_home, parity);
+    for_each_staged([&](Index place, Index root) {
+      store_shared(corners.staged(root), load_there(corners.home(place)));
+    });
+    meet(kProjectBarrier, kThreads);
+    own.begin(corners);
+    meet(kProjectBarrier, kThreads);
+    for (Index level = 0; level < levels; ++level) {
+      own.project(corners, level);
+      meet(kProjectBarrier, kThreads);
+    }
+    for_each_staged([&](Index place, Index root) {
+      store_there(corners.home(place), load_slot(corners.staged(root)));
+    });
+    own.end();
+    meet(kProjectBarrier, kThreads);
+    if (threadIdx.x < cluster.block_count) {
+      arrive(address_in(threadIdx.x, have_moved));
+    }
+  }
+  wait_for_cluster(have_moved, parity);
+}
+
 /// @param kThreads  that project; one warp more fetches
 template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads>
 __global__ void __launch_bounds__(kThreads + kWarp, 1)
@@ -318,9 +402,11 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
   const ClusterLayout layout(cluster, kDisplaces, kDamped);
   const std::uint32_t start = shared_address(shared);
   char* const bytes = reinterpret_cast<char*>(shared);
-  const ClusterMemory memory{start + layout.slots,   start + layout.bases,  start + layout.carries,
-                             start + layout.stages,  start + layout.rounds, start + layout.arrived,
-                             start + layout.fetched, cluster.stage_bytes};
+  const ClusterMemory memory{start + layout.slots,    start + layout.bases,
+                             start + layout.carries,  start + layout.stages,
+                             start + layout.corners,  start + layout.rounds,
+                             start + layout.arrived,  start + layout.fetched,
+                             start + layout.surfaces, cluster.stage_bytes};
   const std::uint32_t rank = block_of_cluster();
   const std::uint32_t thread = threadIdx.x;
   const ClusterBlock block = cluster.blocks[rank];
@@ -339,6 +425,10 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     }
     if (thread < kClusterStages) {
       make_barrier(memory.fetched + 8 * thread);
+    }
+    if (thread == 0) {
+      make_barrier(memory.surfaces, cluster.block_count);
+      make_barrier(memory.surfaces + 8);
     }
     publish_barriers();
   }
@@ -375,6 +465,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     list_tool_vertices<kThreads>(cluster, tools, input, sweep, places, block.home_count, rank,
                                  tool_counts, held, touched);
   }
+  const Index contacts = sweep.has_meeters ? contact_count(tools.surfaces) : 0;
   const Substep<float> substep = input->substep;
   const std::uint32_t warp = thread / kWarp * kWarp;  // its first thread
   const std::uint32_t stages_end = memory.stages + kClusterStages * memory.stage_bytes;
@@ -475,6 +566,9 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
         shared[touched[i]] = make_float4(moved.x, moved.y, moved.z, moved.w);
       }
       meet(kProjectBarrier, kThreads);
+    }
+    if (contacts > 0) {
+      project_surfaces_of_cluster<kThreads>(cluster, memory, tools.surfaces, contacts, parity);
     }
   }
   for (std::uint32_t slot = thread; slot < block.home_count; slot += kThreads) {

@@ -66,10 +66,10 @@ __device__ inline void store_shared(std::uint32_t address, const float4& v) {
                : "memory");
 }
 
-/// A barrier completes when it was armed and as many bytes as that asked for have come; then it
-/// starts again, with the other parity.
-__device__ inline void make_barrier(std::uint32_t barrier) {
-  asm volatile("mbarrier.init.shared::cta.b64 [%0], 1;" ::"r"(barrier) : "memory");
+/// A barrier completes when all have come that it waits for; then it starts again, with the other
+/// parity. One that waits for bytes waits for who arms it, and for as many as that asks for.
+__device__ inline void make_barrier(std::uint32_t barrier, std::uint32_t count = 1) {
+  asm volatile("mbarrier.init.shared::cta.b64 [%0], %1;" ::"r"(barrier), "r"(count) : "memory");
 }
 
 /// After make_barrier(), before other blocks may use it.
@@ -98,6 +98,44 @@ __device__ inline void wait_for(std::uint32_t barrier, std::uint32_t parity) {
         : "r"(barrier), "r"(parity)
         : "memory");
   } while (is_complete == 0);
+}
+
+/// Comes to a barrier of any block. Who waits for the cluster there sees what this thread, and
+/// those that it met before, wrote.
+__device__ inline void arrive(std::uint32_t barrier_there) {
+  asm volatile("mbarrier.arrive.release.cluster.shared::cluster.b64 _, [%0];" ::"r"(barrier_there)
+               : "memory");
+}
+
+/// Likewise, for the cluster.
+__device__ inline void wait_for_cluster(std::uint32_t barrier, std::uint32_t parity) {
+  std::uint32_t is_complete;
+  do {
+    asm volatile(
+        "{\n"
+        ".reg .pred p;\n"
+        "mbarrier.test_wait.parity.acquire.cluster.shared::cta.b64 p, [%1], %2;\n"
+        "selp.u32 %0, 1, 0, p;\n"
+        "}"
+        : "=r"(is_complete)
+        : "r"(barrier), "r"(parity)
+        : "memory");
+  } while (is_complete == 0);
+}
+
+/// Of any block.
+__device__ inline float4 load_there(std::uint32_t there) {
+  float4 v;
+  asm volatile("ld.shared::cluster.v4.f32 {%0, %1, %2, %3}, [%4];"
+               : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w)
+               : "r"(there)
+               : "memory");
+  return v;
+}
+__device__ inline void store_there(std::uint32_t there, const float4& v) {
+  asm volatile("st.shared::cluster.v4.f32 [%0], {%1, %2, %3, %4};" ::"r"(there), "f"(v.x), "f"(v.y),
+               "f"(v.z), "f"(v.w)
+               : "memory");
 }
 
 /// Writes into another block and completes 16 bytes of a barrier there, if asked to: without a

@@ -88,8 +88,8 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
              gains_before_.reserve(copy_count_ * nodes),
              turns_.reserve(copy_count_ * nodes),
              amplitudes_.reserve(copy_count_ * modes),
-             gives_.reserve(copy_count_ * modes),
              hold_modes_.reserve(copy_count_ * modes * kHoldRows),
+             hold_parts_.reserve(copy_count_ * kMostModeParts * HoldSystem::entries(kHoldRows)),
              holds_.reserve(copy_count_),
              hold_sums_.reserve(copy_count_ * nodes * nodes),
              hold_counts_.reserve(copy_count_ * nodes),
@@ -171,8 +171,9 @@ std::size_t CoarseBuffers::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... buffers) { return (buffers.memory_bytes() + ...); };
   return bytes_of(vertices_, own_counts_, own_places_, member_counts_, member_places_, pieces_,
                   member_shares_, stiffnesses_, modes_, numbers_, residuals_, moves_, part_sums_,
-                  part_gains_, sums_, gains_before_, moves_of_nodes_, turns_, amplitudes_, gives_,
-                  hold_modes_, holds_, hold_sums_, hold_counts_, wide_sums_, wide_compliances_);
+                  part_gains_, sums_, gains_before_, moves_of_nodes_, turns_, amplitudes_,
+                  hold_modes_, hold_parts_, holds_, hold_sums_, hold_counts_, wide_sums_,
+                  wide_compliances_);
 }
 
 }  // namespace pbdsurg::cuda

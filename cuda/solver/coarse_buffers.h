@@ -51,7 +51,8 @@ class CoarseBuffers {
   DeviceBuffer<double> part_gains_, gains_before_;
   DeviceBuffer<AffineNumbers> moves_of_nodes_;
   DeviceBuffer<Turn> turns_;
-  DeviceBuffer<float> amplitudes_, gives_, hold_modes_;
+  DeviceBuffer<float> amplitudes_, hold_modes_;
+  DeviceBuffer<double> hold_parts_;
   DeviceBuffer<CoarseHolds> holds_;
   DeviceBuffer<CoarseShares> hold_sums_;
   DeviceBuffer<Index> hold_counts_;

@@ -16,8 +16,8 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
-constexpr int kSumThreads = 4 * kNodeSums;  // a sum for each of 1, X, Y and Z
-constexpr int kModesOfBlock = 32;           // of threads that find amplitudes
+constexpr int kSumThreads = 4 * kNodeSums;   // a sum for each of 1, X, Y and Z
+constexpr int kModesOfBlock = kModesOfPart;  // of threads that find amplitudes
 constexpr int kModeThreads = kModesOfBlock * kCoarseSums;
 constexpr int kNodesOfBlock = 4;  // of threads that find how they move
 constexpr int kNumbersOfBlock = kAffineNumbers * kNodesOfBlock;
@@ -495,10 +495,11 @@ __global__ void __launch_bounds__(kModeThreads)
   const Index mode = static_cast<Index>(blockIdx.x) * kModesOfBlock + thread % kModesOfBlock;
   const bool is_there = mode < coarse.mode_count;
   const float sum = answer_of_mode(loads, coarse, mode, partial);
+  __shared__ float gives[kModesOfBlock], amplitudes[kModesOfBlock];
   if (is_there && thread < kModesOfBlock) {
-    const float give = 1 / (input->substep.inverse_dt_squared + __ldg(coarse.stiffnesses + mode));
-    coarse.gives[mode] = give;
-    coarse.amplitudes[mode] = sum * give;
+    gives[thread] = 1 / (input->substep.inverse_dt_squared + __ldg(coarse.stiffnesses + mode));
+    amplitudes[thread] = sum * gives[thread];
+    coarse.amplitudes[mode] = amplitudes[thread];
   }
   if constexpr (kRows) {
     __shared__ SharedRoom<ListedHolds> room_of_listed;
@@ -508,6 +509,8 @@ __global__ void __launch_bounds__(kModeThreads)
       *coarse.holds = listed.holds;
     }
     const Index rows = listed.holds.rows(), hold_rows = 3 * listed.holds.count;
+    __shared__ float hold_modes[kModesOfBlock * kHoldRows];
+    float* const own_modes = hold_modes + thread % kModesOfBlock * rows;
     for (Index row = thread / kModesOfBlock; is_there && row < hold_rows; row += kCoarseSums) {
       float move = 0;
       for (Index node = 0; node < coarse.node_count; ++node) {
@@ -522,7 +525,7 @@ __global__ void __launch_bounds__(kModeThreads)
           }
         }
       }
-      coarse.hold_modes[mode * rows + row] = move;
+      own_modes[row] = move;
     }
     for (Index wide = 0; wide < coarse.wide_count; ++wide) {
       const auto gradients = [&](Index i) {
@@ -535,16 +538,27 @@ __global__ void __launch_bounds__(kModeThreads)
       __syncthreads();
       const float change = answer_of_mode(loads, coarse, mode, partial);
       if (is_there && thread < kModesOfBlock) {
-        coarse.hold_modes[mode * rows + listed.holds.row_of_wide(wide)] = change;
+        own_modes[listed.holds.row_of_wide(wide)] = change;
       }
+    }
+    __syncthreads();
+    const Index first = static_cast<Index>(blockIdx.x) * kModesOfBlock;
+    const Index count =
+        coarse.mode_count - first < kModesOfBlock ? coarse.mode_count - first : kModesOfBlock;
+    double* const part = coarse.hold_parts + blockIdx.x * HoldSystem::entries(kHoldRows);
+    for (Index entry = thread; entry < HoldSystem::entries(rows); entry += kModeThreads) {
+      part[entry] = HoldSystem::sum_of_modes(entry, rows, count, amplitudes, gives, hold_modes);
+    }
+    for (Index i = thread; i < count * rows; i += kModeThreads) {
+      coarse.hold_modes[first * rows + i] = hold_modes[i];
     }
   }
 }
 
 /// Takes off what would move that. All threads of a block call it, and meet in it.
-__device__ inline void oppose_rows(const CoarseArrays& coarse, float (&amplitudes)[kMostModes]) {
-  __shared__ float gives[kMostModes];
-  __shared__ float hold_modes[kMostModes * kHoldRows];
+/// @param inverse_dt_squared  1/s^2
+__device__ inline void oppose_rows(const CoarseArrays& coarse, float inverse_dt_squared,
+                                   float (&amplitudes)[kMostModes]) {
   __shared__ HoldSystem system;
   __shared__ SharedRoom<CoarseRows> room_of_rows;
   CoarseRows& holds = room_of_rows.get();
@@ -558,34 +572,40 @@ __device__ inline void oppose_rows(const CoarseArrays& coarse, float (&amplitude
   if (thread == 0) {
     holds.wides = coarse.wide_count;
   }
+  if (thread < coarse.wide_count) {
+    holds.wide_compliances[thread] = __ldcg(coarse.wide_compliances + thread);
+  }
   __syncthreads();
   const Index rows = holds.rows();
   if (rows == 0) {
     return;
   }
+  system.solve(BlockOfWorkers{thread, threads}, holds, [&](Index entry) {
+    double sum = 0;
+#pragma unroll
+    for (Index part = 0; part < kMostModeParts; ++part) {
+      if (part * kModesOfPart < coarse.mode_count) {
+        sum += __ldcg(coarse.hold_parts + part * HoldSystem::entries(kHoldRows) + entry);
+      }
+    }
+    return sum;
+  });
   for (Index m = thread; m < coarse.mode_count; m += threads) {
-    gives[m] = __ldcg(coarse.gives + m);
-  }
-  for (Index i = thread; i < coarse.mode_count * rows; i += threads) {
-    hold_modes[i] = __ldcg(coarse.hold_modes + i);
-  }
-  __syncthreads();
-  if (thread < holds.wides) {
-    holds.wide_gives[thread] = holds.wide_give(thread, __ldcg(coarse.wide_compliances + thread),
-                                               coarse.mode_count, gives, hold_modes);
-  }
-  __syncthreads();
-  system.solve(BlockOfWorkers{thread, threads}, holds, coarse.mode_count, amplitudes, gives,
-               hold_modes);
-  for (Index m = thread; m < coarse.mode_count; m += threads) {
-    amplitudes[m] -= system.taken(rows, gives[m], hold_modes + m * rows);
+    float moves[kHoldRows];
+#pragma unroll
+    for (Index row = 0; row < kHoldRows; ++row) {
+      moves[row] = row < rows ? __ldcg(coarse.hold_modes + m * rows + row) : 0.0F;
+    }
+    const float give = 1 / (inverse_dt_squared + __ldg(coarse.stiffnesses + m));
+    amplitudes[m] -= system.taken(rows, give, moves);
   }
   __syncthreads();
 }
 
 /// And so some nodes.
 template <bool kRows>
-__global__ void __launch_bounds__(kNumberThreads) move_nodes(CoarseArrays coarse) {
+__global__ void __launch_bounds__(kNumberThreads)
+    move_nodes(CoarseArrays coarse, const StepInput* input) {
   __shared__ float amplitudes[kMostModes];
   __shared__ float partial[kNumberThreads];
   __shared__ float moves[kNumbersOfBlock];
@@ -597,7 +617,8 @@ __global__ void __launch_bounds__(kNumberThreads) move_nodes(CoarseArrays coarse
   }
   __syncthreads();
   if constexpr (kRows) {
-    oppose_rows(coarse, amplitudes);
+    input += copy_index();
+    oppose_rows(coarse, input->substep.inverse_dt_squared, amplitudes);
   }
   const Index first = static_cast<Index>(blockIdx.x) * kNodesOfBlock;
   const Index number = kAffineNumbers * first + thread % kNumbersOfBlock;
@@ -738,7 +759,7 @@ void move_by_modes(const DeviceState& state, const CoarseArrays& coarse, const S
          kModeThreads, has_rows ? find_amplitudes<true> : find_amplitudes<false>, state.particles,
          state.capacity, coarse, input);
   launch(how, "launching moves of nodes", blocks_for(coarse.node_count, kNodesOfBlock),
-         kNumberThreads, has_rows ? move_nodes<true> : move_nodes<false>, coarse);
+         kNumberThreads, has_rows ? move_nodes<true> : move_nodes<false>, coarse, input);
   launch(how, "launching a coarse move", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          move_coarsely, state, coarse, input);
 }

@@ -75,17 +75,6 @@ bool can_overlap(const StepKernels& kernels) {
   return kernels.code_architecture() >= 90 && runtime >= kSince && driver >= kSince;
 }
 
-// No kernel of all sweeps projects custom constraints; a cluster knows no tools that meet surfaces
-// either.
-bool suits_cluster(const SolverData& data) {
-  for (Index i = 0; i < data.copy_count(); ++i) {
-    if (std::ranges::any_of(data.copy(i).tools, is_meeter)) {
-      return false;
-    }
-  }
-  return data.custom.empty();
-}
-
 class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
@@ -252,7 +241,7 @@ class CudaBackend final : public Backend {
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
-    if (suits_cluster(data) &&
+    if (data.custom.empty() &&
         (wanted == DeviceStrategy::cluster ||
          (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages())))) {
       sweeps_ = make_cluster_sweeps(data);
@@ -319,8 +308,8 @@ class CudaBackend final : public Backend {
         changes.rows_anew) {
       follow_edit(data);  // one that was broken off
     }
-    if ((strategy_ == DeviceStrategy::cluster && !suits_cluster(data)) ||
-        (strategy_ == DeviceStrategy::cooperative && !data.custom.empty())) {
+    if ((strategy_ == DeviceStrategy::cluster || strategy_ == DeviceStrategy::cooperative) &&
+        !data.custom.empty()) {  // which no kernel of all sweeps projects
       is_planned_ = false;
     }
     if (!is_planned_) {

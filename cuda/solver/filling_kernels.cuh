@@ -141,25 +141,30 @@ void project_filling(const FillingArrays& filling, const DeviceState& state,
   }
 }
 
-/// A thread a vertex of the wall.
+/// kVertexParts threads a vertex of the wall.
 /// @tparam kRowsChange  see DeviceLane
 template <bool kRowsChange>
 __global__ void __launch_bounds__(kBlockThreads)
     find_wall_ends(FillingArrays filling, DeviceState state, VertexArrays vertices,
                    ToolArrays tools, StepInput* input, Index substep, bool has_tools) {
   wait_for_previous();
-  if (thread_index() >= filling.vertex_count) {
+  const Index vertex = thread_index() / kVertexParts, part = thread_index() % kVertexParts;
+  if (vertex >= filling.vertex_count) {
     return;
   }
-  const Index place = __ldg(filling.places + thread_index());
+  const Index place = __ldg(filling.places + vertex);
   state = of_copy(state);
   vertices = of_copy(vertices);
   input += copy_index();
   if (has_tools) {
     tools = of_copy(tools, state.capacity);
   }
-  store_end(state.ends, place,
-            find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place));
+  const LooseEnd<float> end =
+      find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place, part);
+  if (part > 0) {
+    return;
+  }
+  store_end(state.ends, place, end);
   Particle* const flight = state.flights + place;
   store_particle(flight, position_of(load_particle(flight)), kToLeastEnergy);
 }
@@ -168,7 +173,7 @@ void find_wall_ends(const FillingArrays& filling, Index substep, bool has_tools,
                     const DeviceState& state, const VertexArrays& vertices, const ToolArrays& tools,
                     StepInput* input, const Launch& how) {
   launch(how, "launching the search for how walls give way",
-         blocks_for(filling.vertex_count, kBlockThreads), kBlockThreads,
+         blocks_for(filling.vertex_count * kVertexParts, kBlockThreads), kBlockThreads,
          vertices.is_damped ? find_wall_ends<true> : find_wall_ends<false>, filling, state,
          vertices, tools, input, substep, has_tools);
 }

@@ -33,10 +33,10 @@ __device__ inline CoarseArrays of_copy(CoarseArrays coarse) {
   coarse.gains_before += nodes;
   coarse.turns += nodes;
   coarse.amplitudes += modes;
-  coarse.gives += modes;
   coarse.hold_modes += modes * kHoldRows;
   coarse.hold_sums += nodes * static_cast<std::size_t>(coarse.node_count);
   coarse.hold_counts += nodes;
+  coarse.hold_parts += copy * kMostModeParts * HoldSystem::entries(kHoldRows);
   coarse.holds += copy;
   coarse.wide_sums += nodes * static_cast<std::size_t>(coarse.wide_count);
   coarse.wide_compliances += copy * static_cast<std::size_t>(coarse.wide_count);

@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// What stiff links need before the sweeps of a substep: a thread an end, then a thread a link.
+/// What stiff links need before the sweeps of a substep: how their ends give way, then a thread a
+/// link.
 
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
@@ -25,11 +26,14 @@ __device__ inline void store_end(const LinkEnds& ends, Index place, const LooseE
   store_particle(ends.shears + place, {give.xy, give.xz, give.yz}, 0);
 }
 
+/// Of a vertex whose rows kVertexParts threads share, neighbours in a warp: all of them call this,
+/// and each has what they find.
 /// @tparam kRowsChange  see DeviceLane
+/// @param part          of this thread
 template <bool kRowsChange>
 __device__ LooseEnd<float> find_loose_end(const DeviceState& state, const VertexArrays& vertices,
                                           const ToolArrays& tools, StepInput* input, Index substep,
-                                          bool has_tools, Index place) {
+                                          bool has_tools, Index place, Index part) {
   const Index block_lane = __ldg(vertices.lane_of_place + place);
   const Particle p = load_particle(state.displacements + place);
   const FixedPoint point = load_point(state.fixed_points + place);
@@ -43,6 +47,15 @@ __device__ LooseEnd<float> find_loose_end(const DeviceState& state, const Vertex
   VertexEnergy<float> start;
   start.add_pull(input->substep.inverse_dt_squared / p.w,
                  position_of(load_particle(state.flights + place)) - u);
+  const VertexRows rows = rows_of(vertices);
+  const VertexBlock block = load_ranges<true>(vertices.blocks + block_lane / kBlockLanes);
+  const DeviceLane<kRowsChange> access{state.fixed_points, point, block_lane % kBlockLanes};
+  VertexEnergy<float> energy{};
+  if (part == 0) {
+    energy = start;
+  }
+  add_rows(rows, block, access, energy, {part, kVertexParts});
+  add_up<kVertexParts>(energy, mask_of_parts<kVertexParts>());
   const HeldVertex held{tools,
                         input,
                         substep,
@@ -50,34 +63,36 @@ __device__ LooseEnd<float> find_loose_end(const DeviceState& state, const Vertex
                         state.capacity,
                         has_tools ? __ldcg(vertices.holds + block_lane) : kInvalidIndex,
                         {position_of(load_particle(state.particles + place)), u}};
-  return pbdsurg::find_loose_end(
-      rows_of(vertices), load_ranges<true>(vertices.blocks + block_lane / kBlockLanes),
-      DeviceLane<kRowsChange>{state.fixed_points, point, block_lane % kBlockLanes}, start, held);
+  return pbdsurg::find_loose_end(finite_energy(rows, block, access, start, energy), held);
 }
 
-/// Both ends of all records; threads with the same end write the same bits.
+/// Both ends of all records, kVertexParts threads each; those with the same end write the same
+/// bits.
 template <bool kRowsChange>
 __global__ void __launch_bounds__(kBlockThreads)
     find_loose_ends(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
                     KindArrays<StiffLinkConstraint> links, Index substep, bool has_tools) {
   wait_for_previous();
-  const Index i = thread_index() / 2;
-  if (i >= links.count) {
+  const Index end = thread_index() / kVertexParts, part = thread_index() % kVertexParts;
+  if (end / 2 >= links.count) {
     return;
   }
-  const auto record = load_constant(links.records + i);
+  const auto record = load_constant(links.records + end / 2);
   if (record.places[0] < 0) {
     return;
   }
-  const Index place = record.places[thread_index() % 2];
+  const Index place = record.places[end % 2];
   state = of_copy(state);
   vertices = of_copy(vertices);
   input += copy_index();
   if (has_tools) {
     tools = of_copy(tools, state.capacity);
   }
-  store_end(state.ends, place,
-            find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place));
+  const LooseEnd<float> found =
+      find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place, part);
+  if (part == 0) {
+    store_end(state.ends, place, found);
+  }
 }
 
 /// Records [first, first + count).
@@ -131,7 +146,7 @@ void find_loose_ends(Index substep, bool has_tools, const DeviceState& state,
                      const ToolArrays& tools, StepInput* input, const Launch& how) {
   const KindArrays<StiffLinkConstraint>& links = constraints.of<StiffLinkConstraint>();
   launch(how, "launching the search for ends of stiff links",
-         blocks_for(2 * links.count, kBlockThreads), kBlockThreads,
+         blocks_for(2 * links.count * kVertexParts, kBlockThreads), kBlockThreads,
          vertices.is_damped ? find_loose_ends<true> : find_loose_ends<false>, state, vertices,
          tools, input, links, substep, has_tools);
 }

@@ -30,9 +30,7 @@ __device__ inline void follow_feature(const DeviceState& state, const SweptCapsu
   }
   FeatureCorners corners;
   corners.count = contact.feature.count();
-  for (int k = 0; k < corners.count; ++k) {
-    corners.places[k] = contact.feature.places[k];
-  }
+  corners.for_each([&](int k) { corners.places[k] = contact.feature.places[k]; });
   load_corners(state, corners);
   const Vec3<float> shift = spring == nullptr ? Vec3<float>{} : spring->shift;
   const Vec3<float> displacement = spring == nullptr ? Vec3<float>{} : spring->displacement;
@@ -42,9 +40,12 @@ __device__ inline void follow_feature(const DeviceState& state, const SweptCapsu
       [&](Index place) { return own_start(state, place); }, contact);
 }
 
-constexpr int kYieldThreads = 96;  // three for each contact
+constexpr int kYieldThreads = 3 * 2 * kVertexParts;  // two contacts
+static_assert(kYieldThreads % kWarp == 0);
+constexpr int kYieldBlocks = 64;
 
-/// How stiffly contacts are met, once it is known what holds each vertex: a thread a corner.
+/// How stiffly contacts are met, once it is known what holds each vertex: kVertexParts threads a
+/// corner.
 template <bool kRowsChange>
 __global__ void __launch_bounds__(kYieldThreads)
     find_yields(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
@@ -57,37 +58,40 @@ __global__ void __launch_bounds__(kYieldThreads)
   const SurfaceArrays& surfaces = tools.surfaces;
   const Index count = contact_count(surfaces);
   const SweptCapsule* const swept = swept_capsules(input, substep);
-  __shared__ float yields[kYieldThreads];
-  const auto is_likely = [&](const DeviceContact& stored) {
-    return stored.contact.multiplier > 0 || read_contact(state, surfaces, stored).gap < 0;
-  };
-  for (Index first = static_cast<Index>(blockIdx.x) * kYieldThreads; first < 3 * count;
-       first += thread_count()) {
-    const Index hold = first + static_cast<Index>(threadIdx.x);
+  constexpr Index kHolds = kYieldThreads / kVertexParts;  // of a block at a time
+  __shared__ float yields[kHolds];
+  const Index part = static_cast<Index>(threadIdx.x) % kVertexParts;
+  const Index own_hold = static_cast<Index>(threadIdx.x) / kVertexParts;
+  for (Index first = static_cast<Index>(blockIdx.x) * kHolds; first < 3 * count;
+       first += static_cast<Index>(gridDim.x) * kHolds) {
+    const Index hold = first + own_hold;
     const Index own = hold / 3, corner = hold % 3;
     float yield = 0;
     if (own < count && corner < surfaces.contacts[own].contact.feature.count()) {
       const SurfaceContact& contact = surfaces.contacts[own].contact;
-      const Index place = contact.feature.places[corner];
-      const float weight = contact.weights[corner];
-      float pushes = is_likely(surfaces.contacts[own]) ? 0 : weight;
-      for (Index h = surfaces.first_holds[place]; h != kInvalidIndex; h = surfaces.next_holds[h]) {
-        const DeviceContact& other = surfaces.contacts[h / 3];
-        pushes += is_likely(other) ? other.contact.weights[h % 3] : 0;
-      }
       const VertexGive<float> give =
-          find_loose_end<kRowsChange>(state, vertices, tools, input, substep, true, place).give;
-      yield = weight * pushes * dot(contact.normal, give * contact.normal);
+          find_loose_end<kRowsChange>(state, vertices, tools, input, substep, true,
+                                      contact.feature.places[corner], part)
+              .give;
+      yield = contact.weights[corner] * surfaces.pushes[hold] *
+              dot(contact.normal, give * contact.normal);
     }
-    yields[threadIdx.x] = yield;
+    if (part == 0) {
+      yields[own_hold] = yield;
+    }
     __syncthreads();
-    if (own < count && corner == 0) {
-      const float sum = yields[threadIdx.x] + yields[threadIdx.x + 1] + yields[threadIdx.x + 2];
+    if (own < count && corner == 0 && part == 0) {
+      const float sum = yields[own_hold] + yields[own_hold + 1] + yields[own_hold + 2];
       SurfaceContact& contact = surfaces.contacts[own].contact;
-      const float firmness = contact.capsule == kInvalidIndex
-                                 ? kPlainFirmness
-                                 : firmness_of(__ldg(surfaces.firmness + contact.feature.places[0]),
-                                               swept[surfaces.contacts[own].swept].relative_way());
+      float firmness = kPlainFirmness;
+      if (contact.capsule != kInvalidIndex) {
+        const SweptCapsule& capsule = swept[surfaces.contacts[own].swept];
+        const float thickness = thickness_of(capsule.now, contact.feature, [&](Index place) {
+          return load_motion(state, place).end;
+        });
+        firmness = firmness_of(__ldg(surfaces.firmness + contact.feature.places[0]), thickness,
+                               capsule.relative_way());
+      }
       contact.stiffness = sum > 0 ? firmness / sum : 0.0F;
     }
     __syncthreads();
@@ -97,89 +101,9 @@ __global__ void __launch_bounds__(kYieldThreads)
 void begin_surface_contacts(const DeviceState& state, const VertexArrays& vertices,
                             const ToolArrays& tools, StepInput* input, Index substep,
                             const Launch& how) {
-  launch(how, "launching how contacts are met", share_blocks(kAnswerBlocks, 1, how), kYieldThreads,
+  launch(how, "launching how contacts are met", share_blocks(kYieldBlocks, 1, how), kYieldThreads,
          vertices.is_damped ? find_yields<true> : find_yields<false>, state, vertices, tools, input,
          substep);
-}
-
-/// Moves corners by their masses, one level of contacts after another: the bits of one contact
-/// after another. One block a copy.
-/// @param settles  only those that are inside, without friction
-__global__ void __launch_bounds__(kListThreads)
-    project_surfaces(DeviceState state, ToolArrays tools, bool settles) {
-  wait_for_previous();
-  state = of_copy(state);
-  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
-  const Index count = contact_count(surfaces);
-  const Index levels = __ldcg(surfaces.level_counts);
-  Particle* const moving = moving_of(state);
-  const auto project_level = [&](Index level) {
-    bool is_any_inside = false;
-    for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kListThreads) {
-      DeviceContact& stored = surfaces.contacts[c];
-      if (stored.level != level) {
-        continue;
-      }
-      SurfaceContact contact = stored.contact;
-      const int corners = contact.feature.count();
-      ToolSpring* const spring = spring_of(surfaces, stored);
-      float yield = spring == nullptr ? 0 : spring->yield;
-      for (int k = 0; k < corners; ++k) {
-        const float w = load_particle(moving + contact.feature.places[k]).w;
-        yield += contact.weights[k] * contact.weights[k] * w;
-      }
-      const auto read = [&] {
-        return read_contact(state, contact, spring == nullptr ? Vec3<float>{} : spring->shift);
-      };
-      if (settles && !(read().gap < 0)) {
-        continue;
-      }
-      is_any_inside = true;
-      project_contact(
-          contact, settles ? 0.0F : stored.friction, yield, read, [&](const Vec3<float>& push) {
-            if (spring != nullptr) {
-              spring->shift = spring->shift - spring->yield * push;
-            }
-            for (int k = 0; k < corners; ++k) {
-              Particle* const particle = moving + contact.feature.places[k];
-              const Particle p = load_particle(particle);
-              const Vec3<float> after = position_of(p) + (contact.weights[k] * p.w) * push;
-              if (is_finite_way(after)) {
-                store_particle(particle, after, p.w);
-              }
-            }
-          });
-      stored.contact = contact;
-    }
-    __syncthreads();
-    return is_any_inside;
-  };
-  // one after another only where there is something to do
-  const auto is_any_to_project = [&] {
-    bool is_any = !settles;
-    for (Index c = static_cast<Index>(threadIdx.x); c < count && !is_any; c += kListThreads) {
-      is_any = read_contact(state, surfaces, surfaces.contacts[c]).gap < 0;
-    }
-    return __syncthreads_or(is_any) != 0;
-  };
-  bool is_any_inside = is_any_to_project();
-  for (int pass = 0; pass < (settles ? kSettlePasses : 1) && is_any_inside; ++pass) {
-    is_any_inside = false;
-    for (Index level = 0; level < levels; ++level) {
-      is_any_inside |= project_level(level);
-    }
-    is_any_inside = __syncthreads_or(is_any_inside) != 0;
-  }
-  for (Index c = static_cast<Index>(threadIdx.x); settles && c < count; c += kListThreads) {
-    DeviceContact& stored = surfaces.contacts[c];
-    stored.contact.is_left_inside = is_left_inside(read_contact(state, surfaces, stored));
-  }
-}
-
-void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,
-                              const Launch& how) {
-  launch(how, "launching contacts with surfaces", 1, kListThreads, project_surfaces, state, tools,
-         settles);
 }
 
 /// After a sweep of vertex blocks: see balance_spring(). One block a copy.
@@ -213,7 +137,7 @@ __global__ void __launch_bounds__(kListThreads)
         const Index c = first + thread;
         __syncthreads();
         if (c < end) {
-          const auto& [contact, friction, swept, spring, level] = surfaces.contacts[c];
+          const auto& [contact, friction, swept, spring] = surfaces.contacts[c];
           answers[thread] = {contact.normal, contact.stiffness,
                              answer(contact, friction, read_contact(state, contact, shift),
                                     inverse_dt_squared, contact.stiffness)};
@@ -298,33 +222,6 @@ void remember_surface_contacts(const DeviceState& state, const ToolArrays& tools
                                Index substep, bool tells, const Launch& how) {
   launch(how, "launching what is remembered of contacts", share_blocks(kAnswerBlocks, 1, how),
          kToolThreads, remember, tools, input, state.capacity, substep, tells);
-}
-
-/// Of BDF2, as ease() for vertices that tools push: by levels. One block a copy.
-__global__ void __launch_bounds__(kListThreads)
-    ease_surfaces(DeviceState state, ToolArrays tools, const StepInput* input) {
-  wait_for_previous();
-  state = of_copy(state);
-  const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
-  input += copy_index();
-  const Index count = contact_count(surfaces);
-  const Index levels = __ldcg(surfaces.level_counts);
-  for (Index level = 0; level < levels; ++level) {
-    for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kListThreads) {
-      const DeviceContact& stored = surfaces.contacts[c];
-      const SurfaceContact& contact = stored.contact;
-      if (stored.level != level || !(contact.multiplier > 0) || contact.is_eased) {
-        continue;
-      }
-      for (int k = 0; k < contact.feature.count(); ++k) {
-        const Index place = contact.feature.places[k];
-        if (load_particle(state.particles + place).w > 0) {
-          ease_vertex(state, place, contact.normal, input->inverse_h);
-        }
-      }
-    }
-    __syncthreads();
-  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -32,30 +33,33 @@ void SurfaceBuffers::take_over(const SolverData& data, const Room& room, cudaStr
 }
 
 void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStream_t stream) {
-  constexpr Index kBits = 32;
   const auto copies = static_cast<std::size_t>(data.copy_count());
-  const std::int64_t candidates = std::int64_t{room.vertices} * (1 + room.half_spaces) +
-                                  4 * std::int64_t{arrays_.triangle_count};
-  const auto words = static_cast<Index>((candidates + kBits - 1) / kBits);
-  if (room == room_ && words == arrays_.word_room) {
+  const Index candidates =
+      room.vertices * (1 + room.half_spaces) + kFeaturesOfTriangle * arrays_.triangle_count;
+  if (room == room_ && candidates == arrays_.candidate_room) {
     return;
   }
-  const auto most =
-      static_cast<Index>(std::min<std::int64_t>(candidates, data.options.contact_capacity));
+  const Index most = std::min(candidates, data.options.contact_capacity);
   const Index contacts = room.meeters * most;
   const std::size_t of_tools = copies * static_cast<std::size_t>(room.meeters);
   const std::size_t of_all = copies * static_cast<std::size_t>(contacts);
   const std::size_t ends = copies * static_cast<std::size_t>(1 + room.meeters);
   SurfaceArrays& arrays = arrays_;
-  arrays.near = near_.reserve(of_tools * static_cast<std::size_t>(words));
-  arrays.candidates = candidates_.reserve(of_tools * static_cast<std::size_t>(most));
+  arrays.met_counts = met_counts_.fill(of_tools, 0, stream);
   arrays.found = found_.reserve(of_all);
+  arrays.keys = keys_.reserve(of_all);
+  arrays.sorted_keys = sorted_keys_.reserve(of_all);
+  arrays.order = order_.reserve(of_all);
   arrays.contacts = contacts_.reserve(of_all);
   arrays.ends = ends_.fill(ends, 0, stream);
   arrays.level_counts = level_counts_.fill(copies, 0, stream);
   arrays.first_holds =
       first_holds_.fill(copies * static_cast<std::size_t>(room.vertices), 0xff, stream);
   arrays.next_holds = next_holds_.reserve(3 * of_all);
+  arrays.roots = roots_.reserve(3 * of_all);
+  arrays.likely_weights = likely_weights_.reserve(3 * of_all);
+  arrays.pushes = pushes_.reserve(3 * of_all);
+  arrays.levels = levels_.reserve(of_all);
   arrays.rigid = rigid_.reserve(of_all);
   arrays.springs = springs_.reserve(of_tools);
   arrays.remembered = remembered_.reserve(of_all);
@@ -67,7 +71,7 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   arrays.told_springs = told_springs_.reserve(of_tools);
   std::fill_n(arrays.told_springs, of_tools, ToolSpring{});
   arrays.has_springs = room.has_springs;
-  arrays.word_room = words;
+  arrays.candidate_room = candidates;
   arrays.tool_room = most;
   arrays.meeter_room = room.meeters;
   arrays.contact_room = contacts;
@@ -86,16 +90,22 @@ void SurfaceBuffers::upload_triangles(const TissueSurface& surface, Index vertex
   arrays_.triangles =
       triangles_.upload({all.empty() ? nullptr : all.front().data(), 3 * all.size()}, stream);
   arrays_.triangle_count = static_cast<Index>(all.size());
-  std::vector<Index> first(static_cast<std::size_t>(vertex_room), kInvalidIndex);
-  std::vector<Index> next(3 * all.size(), kInvalidIndex);
-  for (auto corner = static_cast<Index>(next.size()) - 1; corner >= 0; --corner) {
-    const Index place = all[corner / 3][corner % 3];
-    if (place != kInvalidIndex) {
-      next[corner] = std::exchange(first[place], corner);
+  const auto for_each_corner = [&](const auto& visit) {
+    for (std::size_t t = 0; t < all.size(); ++t) {
+      for (const Index place : all[t]) {
+        if (place != kInvalidIndex) {
+          visit(static_cast<Index>(t), place);
+        }
+      }
     }
-  }
-  arrays_.first_corners = first_corners_.upload(first, stream);
-  arrays_.next_corners = next_corners_.upload(next, stream);
+  };
+  std::vector<Index> first(static_cast<std::size_t>(vertex_room) + 1, 0);
+  for_each_corner([&](Index, Index place) { ++first[place + 1]; });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Index> around(3 * all.size()), end(first.begin(), first.end() - 1);
+  for_each_corner([&](Index triangle, Index place) { around[end[place]++] = triangle; });
+  arrays_.first_around = first_around_.upload(first, stream);
+  arrays_.around = around_.upload(around, stream);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists end here
 }
 
@@ -136,11 +146,13 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
 }
 
 std::size_t SurfaceBuffers::memory_bytes() const noexcept {
-  return triangles_.memory_bytes() + first_corners_.memory_bytes() + next_corners_.memory_bytes() +
-         pieces_.memory_bytes() + firmness_.memory_bytes() + near_.memory_bytes() +
-         found_.memory_bytes() + contacts_.memory_bytes() + candidates_.memory_bytes() +
-         ends_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
-         next_holds_.memory_bytes() + springs_.memory_bytes() + rigid_.memory_bytes() +
+  return triangles_.memory_bytes() + around_.memory_bytes() + first_around_.memory_bytes() +
+         pieces_.memory_bytes() + firmness_.memory_bytes() + met_counts_.memory_bytes() +
+         found_.memory_bytes() + keys_.memory_bytes() + sorted_keys_.memory_bytes() +
+         order_.memory_bytes() + contacts_.memory_bytes() + ends_.memory_bytes() +
+         levels_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
+         next_holds_.memory_bytes() + roots_.memory_bytes() + likely_weights_.memory_bytes() +
+         pushes_.memory_bytes() + springs_.memory_bytes() + rigid_.memory_bytes() +
          remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }
 

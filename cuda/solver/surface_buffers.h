@@ -44,11 +44,13 @@ class SurfaceBuffers {
   Room room_{};
   std::optional<std::uint64_t> seen_surface_, seen_pieces_, seen_firmness_;  // revisions
 
-  DeviceBuffer<Index> triangles_, first_corners_, next_corners_, pieces_;
+  DeviceBuffer<Index> triangles_, around_, first_around_, pieces_;
   DeviceBuffer<float> firmness_;
-  DeviceBuffer<std::uint32_t> near_;
   DeviceBuffer<DeviceContact> found_, contacts_;
-  DeviceBuffer<Index> candidates_, ends_, level_counts_, first_holds_, next_holds_;
+  DeviceBuffer<ContactKey> keys_, sorted_keys_;
+  DeviceBuffer<Index> met_counts_, order_, ends_, levels_, level_counts_;
+  DeviceBuffer<Index> first_holds_, next_holds_, roots_;
+  DeviceBuffer<float> likely_weights_, pushes_;
   DeviceBuffer<RigidContact> rigid_;
   DeviceBuffer<ToolSpring> springs_;
   DeviceBuffer<RememberedContact> remembered_;

@@ -12,14 +12,20 @@ namespace {
 
 __device__ inline SurfaceArrays of_copy(SurfaceArrays surfaces, Index place_room) {
   const auto of = [](Index room) { return copy_index() * static_cast<std::size_t>(room); };
-  surfaces.near += of(surfaces.meeter_room) * static_cast<std::size_t>(surfaces.word_room);
-  surfaces.candidates += of(surfaces.contact_room);
+  surfaces.met_counts += of(surfaces.meeter_room);
   surfaces.found += of(surfaces.contact_room);
+  surfaces.keys += of(surfaces.contact_room);
+  surfaces.sorted_keys += of(surfaces.contact_room);
+  surfaces.order += of(surfaces.contact_room);
   surfaces.contacts += of(surfaces.contact_room);
   surfaces.ends += of(1 + surfaces.meeter_room);
   surfaces.level_counts += copy_index();
   surfaces.first_holds += surfaces.first_holds != nullptr ? of(place_room) : 0;
   surfaces.next_holds += of(3 * surfaces.contact_room);
+  surfaces.roots += of(3 * surfaces.contact_room);
+  surfaces.likely_weights += of(3 * surfaces.contact_room);
+  surfaces.pushes += of(3 * surfaces.contact_room);
+  surfaces.levels += of(surfaces.contact_room);
   surfaces.rigid += of(surfaces.contact_room);
   surfaces.springs += of(surfaces.meeter_room);
   surfaces.remembered += of(surfaces.contact_room);
@@ -37,9 +43,12 @@ __device__ inline ContactReading<float> read_contact(const DeviceState& state,
                                                      const SurfaceContact& contact,
                                                      const Vec3<float>& shift) {
   Vec3<float> sum;
-  for (int k = 0; k < contact.feature.count(); ++k) {
-    sum = sum + contact.weights[k] *
-                    position_of(load_particle(moving_of(state) + contact.feature.places[k]));
+#pragma unroll
+  for (int k = 0; k < 3; ++k) {
+    const Index place = contact.feature.places[k];
+    if (place != kInvalidIndex) {
+      sum = sum + contact.weights[k] * position_of(load_particle(moving_of(state) + place));
+    }
   }
   return read_plane(contact, sum - shift);
 }
@@ -59,6 +68,19 @@ __device__ inline ContactReading<float> read_contact(const DeviceState& state,
 
 __device__ inline Index contact_count(const SurfaceArrays& surfaces) {
   return __ldcg(surfaces.ends + surfaces.meeter_room);
+}
+
+/// Calls visit(place, root) for each corner that contacts have, once.
+/// @param threads  of the block, that share them
+template <class Visit>
+__device__ inline void for_each_corner(const SurfaceArrays& surfaces, Index count, Index threads,
+                                       const Visit& visit) {
+  for (Index hold = static_cast<Index>(threadIdx.x); hold < 3 * count; hold += threads) {
+    const Index place = surfaces.contacts[hold / 3].contact.feature.places[hold % 3];
+    if (place != kInvalidIndex && surfaces.roots[hold] == hold) {
+      visit(place, hold);
+    }
+  }
 }
 
 /// Adds the surface contacts of a vertex to its energy; the last first, as on the host.

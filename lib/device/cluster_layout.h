@@ -51,6 +51,8 @@ inline constexpr Index kMostClusterBlocks = 16;
 inline constexpr Index kFewClusterThreads = 224;  // with one warp that fetches, eight
 inline constexpr Index kManyClusterThreads = 480;
 inline constexpr Index kMostClusterPhases = 4095;
+/// With surfaces, whose corners a block has near at hand.
+inline constexpr Index kStagedClusterContacts = kFewClusterThreads;
 
 struct ClusterBlock {
   std::uint32_t first_place;  ///< in ClusterArrays::places
@@ -126,6 +128,7 @@ struct ClusterSweep {
   Index sweep_count;
   bool has_attachments;
   bool has_pushers;
+  bool has_meeters;
 };
 
 /// Bytes from the start of a block's shared memory.
@@ -134,9 +137,11 @@ struct ClusterLayout {
   std::uint32_t bases;        ///< float4[slot_room] in compliance mode: from where that counts
   std::uint32_t carries;      ///< float4[slot_room] where there is damping
   std::uint32_t stages;       ///< [kClusterStages][stage_bytes]
+  std::uint32_t corners;      ///< float4[3 * kStagedClusterContacts] of contacts with surfaces
   std::uint32_t rounds;       ///< ClusterRound[round_room + 1] the last is the first again
   std::uint32_t arrived;      ///< barrier[phase_count + 1] completed by what arrives for a phase
   std::uint32_t fetched;      ///< barrier[kClusterStages] completed by the words of a round
+  std::uint32_t surfaces;     ///< barrier[2] all are at home; contacts have moved them
   std::uint32_t held;         ///< uint2[slot_room] slot and index of a vertex that tools hold
   std::uint32_t touched;      ///< uint32[slot_room] slot of a vertex that tools touch
   std::uint32_t tool_counts;  ///< uint32[2] of these lists
@@ -148,10 +153,12 @@ struct ClusterLayout {
       : bases(16 * cluster.slot_room),
         carries(bases + (has_displacements ? 16 * cluster.slot_room : 0)),
         stages(carries + (is_damped ? 16 * cluster.slot_room : 0)),
-        rounds(stages + kClusterStages * cluster.stage_bytes),
+        corners(stages + kClusterStages * cluster.stage_bytes),
+        rounds(corners + 16 * 3 * kStagedClusterContacts),
         arrived(rounds + 16 * (cluster.round_room + 1)),
         fetched(arrived + 8 * (cluster.phase_count + 1)),
-        held(fetched + 8 * kClusterStages),
+        surfaces(fetched + 8 * kClusterStages),
+        held(surfaces + 16),
         touched(held + 8 * cluster.slot_room),
         tool_counts(touched + 4 * cluster.slot_room),
         arrivals(tool_counts + 8),

@@ -114,10 +114,11 @@ struct CoarseArrays {
   NodeSums* sums = nullptr;       ///< [copy][node], as the following
   AffineNumbers* moves_of_nodes = nullptr;
   double* gains_before = nullptr;
-  Turn* turns = nullptr;               ///< [copy][node] of pieces
-  float* amplitudes = nullptr;         ///< [copy][mode]
-  float* gives = nullptr;              ///< [copy][mode]
-  float* hold_modes = nullptr;         ///< [copy][mode][row] in room for kHoldRows
+  Turn* turns = nullptr;        ///< [copy][node] of pieces
+  float* amplitudes = nullptr;  ///< [copy][mode]
+  float* hold_modes = nullptr;  ///< [copy][mode][row] in room for kHoldRows
+  /// [copy][part of kModesOfPart][entry] see HoldSystem::sum_of_modes()
+  double* hold_parts = nullptr;
   CoarseHolds* holds = nullptr;        ///< [copy]
   CoarseShares* hold_sums = nullptr;   ///< [copy][node near which it is][node that moves it] N/m
   Index* hold_counts = nullptr;        ///< [copy][node]
@@ -259,8 +260,15 @@ struct DeviceContact {
   float friction;  ///< coefficient
   Index swept;     ///< its capsule in StepInput's table of the substep; kInvalidIndex: a half space
   Index spring;    ///< the meeter that it is of, if that has one; else kInvalidIndex
-  Index level;     ///< contacts of one level share no corner and no spring, and come after those of
-                   ///< lower ones
+};
+
+/// A triangle is a candidate itself, behind its three edges.
+inline constexpr Index kFeaturesOfTriangle = 4;
+
+/// What contacts are ordered by.
+struct alignas(16) ContactKey {
+  ContactFeature feature;
+  Index meeter;
 };
 
 /// What tools that meet surfaces touch. There is room for the copy that has most; nothing at all,
@@ -271,20 +279,28 @@ struct DeviceContact {
 /// A hold is a corner of a contact, 3 * contact + corner.
 struct SurfaceArrays {
   const Index* triangles = nullptr;  ///< [triangle][3] places; kInvalidIndex where there is none
-  /// [capacity] the first corner at a place, 3 * triangle + corner, or kInvalidIndex
-  const Index* first_corners = nullptr;
-  const Index* next_corners = nullptr;  ///< [corner] the next one there, in the order of triangles
+  /// [place] the triangles there, ascending, from first_around[place] to first_around[place + 1]
+  const Index* around = nullptr;
+  const Index* first_around = nullptr;    ///< [capacity + 1]
   const Index* piece_of_place = nullptr;  ///< [capacity] free pieces, or kInvalidIndex; may be null
   const float* firmness = nullptr;        ///< [capacity] see ContactFirmness
   // of the current substep
-  std::uint32_t* near = nullptr;      ///< [copy][meeter][word_room] a bit a candidate
-  Index* candidates = nullptr;        ///< [copy][meeter][tool_room]
-  DeviceContact* found = nullptr;     ///< [copy][contact_room] in any order
+  Index* met_counts = nullptr;        ///< [copy][meeter] candidates; zero between searches
+  DeviceContact* found = nullptr;     ///< [copy][meeter][tool_room] in any order
+  ContactKey* keys = nullptr;         ///< [copy][contact_room] of those found
+  ContactKey* sorted_keys = nullptr;  ///< likewise
+  Index* order = nullptr;             ///< likewise
   DeviceContact* contacts = nullptr;  ///< [copy][contact_room] in the order of tools and features
   Index* ends = nullptr;              ///< [copy][1 + meeter_room] of the tools before, then of each
   Index* level_counts = nullptr;      ///< [copy]
   Index* first_holds = nullptr;       ///< [copy][capacity] of a place, the last, or kInvalidIndex
-  Index* next_holds = nullptr;    ///< [copy][hold] the one before at its place, or kInvalidIndex
+  Index* next_holds = nullptr;      ///< [copy][hold] the one before at its place, or kInvalidIndex
+  Index* roots = nullptr;           ///< [copy][hold] the first at its place
+  float* likely_weights = nullptr;  ///< [copy][hold] its weight, or 0 if its contact is at rest
+  float* pushes = nullptr;          ///< [copy][hold] how often its place is pushed, in all
+  /// [copy][contact_room] contacts of one level share no corner and no spring, and come after
+  /// those of lower ones
+  Index* levels = nullptr;
   RigidContact* rigid = nullptr;  ///< [copy][contact_room]
   ToolSpring* springs = nullptr;  ///< [copy][meeter_room] yield 0 of those that have none
   // of the substep before, but for the first
@@ -297,8 +313,8 @@ struct SurfaceArrays {
   ToolSpring* told_springs = nullptr;            ///< [copy][meeter_room]
   bool has_springs = false;                      ///< whether a tool is coupled
   Index triangle_count = 0;
-  Index word_room = 0;  ///< 32 candidates each
-  Index tool_room = 0;  ///< contacts of a tool
+  Index candidate_room = 0;  ///< of a tool
+  Index tool_room = 0;       ///< contacts of a tool
   Index meeter_room = 0, contact_room = 0;
 
   bool operator==(const SurfaceArrays&) const = default;

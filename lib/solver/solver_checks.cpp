@@ -44,6 +44,25 @@ void check_pose(const ToolPose& pose) {
   }
 }
 
+namespace {
+
+void check_plate(const Capsule& capsule, std::size_t index) {
+  constexpr float kRounding = 1e-3F;
+  const float width = capsule.across.norm();
+  if (width == 0) {
+    return;
+  }
+  const float length = (capsule.end - capsule.start).norm();
+  const float slant = std::abs(capsule.across.dot(capsule.end - capsule.start));
+  if (!std::isfinite(width) || !(length > 0) || !(slant <= kRounding * width * length)) {
+    throw InvalidArgument("plate " + std::to_string(index) + " is " + describe(length) + " by " +
+                          describe(width) +
+                          " m; both must be positive and finite, at right angles to each other");
+  }
+}
+
+}  // namespace
+
 void check_capsules(std::span<const Capsule> capsules) {
   for (std::size_t c = 0; c < capsules.size(); ++c) {
     const Capsule& capsule = capsules[c];
@@ -53,6 +72,7 @@ void check_capsules(std::span<const Capsule> capsules) {
                             std::to_string(capsule.radius) +
                             " m; ends must be finite and the radius positive");
     }
+    check_plate(capsule, c);
   }
 }
 

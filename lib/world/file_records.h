@@ -396,8 +396,8 @@ void visit_members(Record& snapshot, Visit& visit) {
 }
 template <RecordOf<Capsule> Record, class Visit>
 void visit_members(Record& capsule, Visit& visit) {
-  auto& [start, end, radius] = capsule;
-  visit(start, end, radius);
+  auto& [start, end, radius, across] = capsule;
+  visit(start, end, radius, across);
 }
 template <RecordOf<Attachment> Record, class Visit>
 void visit_members(Record& held, Visit& visit) {

@@ -32,11 +32,11 @@ ToolPose at(const Vector3f& place) {
 }
 
 // A block of soft tissue on a table, of springs where the mode knows nothing else.
-Scene make_block(const SolverOptions& options = {}) {
+Scene make_block(const SolverOptions& options = {}, Index cells_along = 6) {
   Scene scene;
   const bool has_springs = options.mode == ProjectionMode::fraction;
   const BodyId block = scene.add_body(
-      "block", testing::make_box({6, 6, 3}, kEdge),
+      "block", testing::make_box({cells_along, cells_along, 3}, kEdge),
       has_springs ? testing::kSprings
                   : Material{.model = ElasticModel::neo_hookean, .youngs_modulus = 10e3F});
   std::vector<Index> bottom;
@@ -304,6 +304,61 @@ TEST_CASE("cuda surfaces: a table on a spring has the serial bits", "[device]") 
     CHECK(pair.device.tool_pose(table).translation() == pair.serial.tool_pose(table).translation());
   }
   CHECK(pair.serial.tool_pose(table).translation().z() < -1e-7F);
+}
+
+// Would catch plates that a device takes for capsules, or turns without their width.
+TEST_CASE("cuda surfaces: a plate that presses and turns has the serial bits", "[device]") {
+  const SolverOptions options = any_options();
+  const ToolSurface surface = GENERATE(ToolSurface{}, ToolSurface{ContactFeatures::all, 0.3F},
+                                       ToolSurface{ContactFeatures::vertices});
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(surface.features), surface.friction);
+  StrictPair pair(make_block(options), options, DeviceStrategy::automatic);
+  const std::array blade{Capsule{{-3e-3F, -2e-3F, 0}, {3e-3F, -2e-3F, 0}, kRadius, {0, 4e-3F, 0}}};
+  const auto blade_at = [](int step) {
+    const float t = static_cast<float>(step) / 30;
+    ToolPose pose = at({8e-3F + 2e-3F * t, 9e-3F, 10e-3F - 3e-3F * t});
+    pose.rotate(Eigen::AngleAxisf(1.5F * t, Vector3f::UnitX()));
+    return pose;
+  };
+  ToolId tool{};
+  pair.both([&](Solver& solver) { tool = solver.add_tool(blade, blade_at(0), surface); });
+  for (int i = 1; i <= 30; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) { solver.move_tool(tool, blade_at(i)); });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, tool);
+  }
+  CHECK(pair.serial.tool_force(tool).norm() > 1e-3F);
+}
+
+// Would catch lists that go wrong where there are more contacts than threads of a block, than it
+// has near at hand, or than there is room for.
+TEST_CASE("cuda surfaces: hundreds of contacts at once have the serial bits", "[device]") {
+  SolverOptions options = any_options();
+  const Index cells_along = GENERATE(10, 14);
+  const bool is_room_small = GENERATE(false, true);
+  options.contact_capacity = is_room_small ? 200 : options.contact_capacity;
+  CAPTURE(static_cast<int>(options.method), cells_along, is_room_small);
+  StrictPair pair(make_block(options, cells_along), options, DeviceStrategy::automatic);
+  constexpr float kWide = 0.2F;  // m: a radius, whose margin reaches all of the block's top
+  const float middle = 0.5F * kEdge * static_cast<float>(cells_along);
+  ToolId roller{};
+  pair.both([&](Solver& solver) {
+    roller = solver.add_tool(std::array{Capsule{{-0.1F, 0, 0}, {0.1F, 0, 0}, kWide}},
+                             at({middle, middle, 3 * kEdge + kWide}), {ContactFeatures::all, 0.3F});
+  });
+  std::size_t most = 0;
+  for (int i = 1; i <= 5; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) {
+      solver.move_tool(roller,
+                       at({middle, middle, 3 * kEdge + kWide - 1e-4F * static_cast<float>(i)}));
+    });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, roller);
+    most = std::max(most, pair.serial.tool_contacts(roller).size());
+  }
+  CHECK(most > (is_room_small ? 100U : cells_along == 10 ? 256U : 512U));
 }
 
 // Would catch contacts of one copy in another's place.

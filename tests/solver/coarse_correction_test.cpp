@@ -265,7 +265,7 @@ TEST_CASE("coarse correction: what lies at one place or nowhere does not turn", 
 // Would catch a factorisation that reads what it has overwritten.
 TEST_CASE("coarse correction: springs at holds hold as the whole system says", "[unit]") {
   constexpr Index kModes = 20;
-  CoarseHolds holds;
+  CoarseRows holds;
   holds.count = 4;
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(0.5F, 2);
@@ -292,7 +292,10 @@ TEST_CASE("coarse correction: springs at holds hold as the whole system says", "
   const Eigen::VectorXd expected = whole.ldlt().solve(loads.cast<double>());
 
   HoldSystem system;
-  system.solve(OneWorker{}, holds, kModes, amplitudes.data(), gives.data(), moves.data());
+  system.solve(OneWorker{}, holds, [&](Index entry) {
+    return HoldSystem::sum_of_modes(entry, rows, kModes, amplitudes.data(), gives.data(),
+                                    moves.data());
+  });
 
   for (Index m = 0; m < kModes; ++m) {
     CAPTURE(m);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "pbdsurg/solver/solver.h"
@@ -98,17 +99,26 @@ TEST_CASE("contact firmness: of tetrahedra that something holds, through edits",
   CHECK(firmness_of(solver, kParticles + 1) == kHeldFirmness);
 }
 
-// Would catch firm contacts of a tool that runs into tissue, which blow it up.
-TEST_CASE("contact firmness: falls from half a radius of way on", "[unit]") {
-  CHECK(firmness_of(kHeldFirmness, 0) == kHeldFirmness);
-  CHECK(firmness_of(kHeldFirmness, 0.5F) == kHeldFirmness);
-  CHECK(firmness_of(kHeldFirmness, 0.75F) == (kHeldFirmness + kPlainFirmness) / 2);
-  CHECK(firmness_of(kHeldFirmness, 1) == kPlainFirmness);
-  CHECK(firmness_of(kHeldFirmness, 9) == kPlainFirmness);
-  CHECK(firmness_of(kPlainFirmness, 0.75F) == kPlainFirmness);
+// Would catch firm contacts of a tool that runs into tissue, which blow it up, or of a thick one.
+TEST_CASE("contact firmness: falls with the tool's way and its thickness", "[unit]") {
+  CHECK(firmness_of(kHeldFirmness, 1, 0) == kHeldFirmness);
+  CHECK(firmness_of(kHeldFirmness, 0, 0.5F) == kHeldFirmness);
+  CHECK(firmness_of(kHeldFirmness, 1, 0.75F) == (kHeldFirmness + kPlainFirmness) / 2);
+  CHECK(firmness_of(kHeldFirmness, 1, 1) == kPlainFirmness);
+  CHECK(firmness_of(kHeldFirmness, 1, 9) == kPlainFirmness);
+  CHECK(firmness_of(kHeldFirmness, 1.5F, 0) == (kHeldFirmness + kPlainFirmness) / 2);
+  CHECK(firmness_of(kHeldFirmness, 2, 0) == kPlainFirmness);
+  CHECK(firmness_of(kHeldFirmness, kInfinity, 0) == kPlainFirmness);
+  CHECK(firmness_of(kPlainFirmness, 1, 0.75F) == kPlainFirmness);
   const PlacedCapsule before{{0, 0, 0}, 2, {1, 0, 0}};
   const PlacedCapsule now{{0, 0, 1}, 2, {1, 4, 3}};
   CHECK(SweptCapsule{before, now}.relative_way() == 2.5F);  // of the longer end
+  const std::array<Vec3<float>, 3> places{{{0, 0, 0}, {0, 4, 0}, {0, 0, 8}}};
+  const auto position_of = [&](Index place) { return places[place]; };
+  CHECK(thickness_of(now, {{0}}, position_of) == kInfinity);
+  CHECK(thickness_of(now, {{0, 1}}, position_of) == 1);
+  CHECK(thickness_of(now, {{0, 2}}, position_of) == 0.5F);
+  CHECK(thickness_of(now, {{0, 1, 2}}, position_of) == 4 / std::sqrt(80.0F));
 }
 
 }  // namespace pbdsurg

@@ -160,7 +160,7 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
     }
     const FloatVector shift = any(0.2F * kRodRadius);
     const PlacedCapsule axis = rod.moved(shift).now;
-    const Meeting nearest = meet(count, corners.end, axis.start, axis.end);
+    const Meeting nearest = meet(count, corners.end, axis);
     const float height = dot(nearest.away, met.normal);
 
     turn_to(corners, rod.moved(shift), shift, base, start, contact);
@@ -185,7 +185,7 @@ TEST_CASE("feature meeting: the plane of a contact follows its feature", "[prope
       const ContactReading<float> reading = read_plane(contact, sum - shift);
       CHECK(reading.gap == Approx(nearest.distance - kRodRadius - fixed_inside).margin(2e-8));
       CHECK(length(reading.slip - slip) < 2e-8F);
-      const FloatVector centre = between(rod.now.start, rod.now.end, nearest.share);
+      const FloatVector centre = rod.now.at(nearest.place);
       CHECK(length(contact.point - centre) == Approx(kRodRadius));  // without the shift
       with_fixed += fixed_inside < 0 ? 1 : 0;
     } else if (!(nearest.distance < kInfinity) || height < 0) {

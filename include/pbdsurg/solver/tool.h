@@ -17,11 +17,14 @@
 
 namespace pbdsurg {
 
-/// A capsule in the tool's frame; a sphere when both ends coincide.
+/// A capsule in the tool's frame; a sphere when both ends coincide; or a plate.
 struct Capsule {
   Eigen::Vector3f start{0, 0, 0};  ///< m
   Eigen::Vector3f end{0, 0, 0};    ///< m
   float radius = 0;                ///< m, positive
+  /// m, at right angles to the way from start to end: a plate is what the capsule sweeps along it,
+  /// a rounded box twice the radius thick. Zero: a capsule.
+  Eigen::Vector3f across{0, 0, 0};
 };
 
 /// All that lies below a plane: a table, the wall of the abdomen.

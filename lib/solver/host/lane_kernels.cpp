@@ -551,6 +551,17 @@ HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& bl
   add_rows(rows, without_strips(block), access, energy);
 }
 
+// In the order of a serial step, unless a fast one does without.
+template <class Energy>
+HWY_INLINE void add_all_rows(const VertexRows& rows, const VertexBlock& block,
+                             const RegisterAccess& access, Energy& energy) {
+  if constexpr (kFast) {
+    add_rows_by_strips(rows, block, access, energy);
+  } else {
+    add_tree(rows, block, access, energy);
+  }
+}
+
 HWY_INLINE void store_energy(const VertexEnergy<Lanes>& energy, Index lane, EnergyBlock& to) {
   store_lanes(energy.force.x, to.force[0] + lane);
   store_lanes(energy.force.y, to.force[1] + lane);
@@ -582,12 +593,8 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
     if (state.guards != nullptr) {
       energy.isotropic = energy.isotropic + load_lanes(state.guards[block_index].stiffness + lane);
     }
-    const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
-    if constexpr (kFast) {
-      add_rows_by_strips(rows, block, access, energy);
-    } else {
-      add_tree(rows, block, access, energy);
-    }
+    add_all_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane},
+                 energy);
     const Vec3<Lanes> move = relaxation * VertexFactor<Lanes>(energy).solve(energy.force);
     const Lanes infinity(std::numeric_limits<float>::infinity());
     const LaneMask is_finite = (dot(move, move) < infinity) &
@@ -612,11 +619,7 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
 HWY_INLINE Vec3<Lanes> force_on(const VertexRows& rows, const VertexBlock& block,
                                 const RegisterAccess& access) {
   VertexForce<Lanes> sum;
-  if constexpr (kFast) {
-    add_rows_by_strips(rows, block, access, sum);
-  } else {
-    add_tree(rows, block, access, sum);
-  }
+  add_all_rows(rows, block, access, sum);
   return sum.force;
 }
 
@@ -700,7 +703,8 @@ HWY_FLATTEN LaneBits find_loose_ends(const VertexRows& rows, const VertexState& 
     VertexEnergy<Lanes> energy;
     energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
                     flight - own.x);
-    add_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane}, energy);
+    add_all_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane},
+                 energy);
     const LooseEnd<Lanes> end = LooseEnd<Lanes>::of(energy);
     const LaneMask is_finite = (dot(end.way, end.way) < infinity) &
                                (dot(energy.force, energy.force) < infinity) & (point.w > Lanes(0));

@@ -261,8 +261,7 @@ void find_wide_row(const StepContext& step, CoarseRows& holds, Index wide) {
   for (Index m = 0; m < modes; ++m) {
     scratch.hold_modes[m * holds.rows() + row] = scratch.wide_modes[m];
   }
-  holds.wide_gives[wide] = holds.wide_give(wide, scratch.wide.compliance(wide), modes,
-                                           scratch.gives.data(), scratch.hold_modes.data());
+  holds.wide_compliances[wide] = scratch.wide.compliance(wide);
 }
 
 // Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
@@ -281,8 +280,15 @@ void oppose_holds(const StepContext& step) {
   const Index rows = holds.rows();
   const auto modes = static_cast<Index>(scratch.amplitudes.size());
   HoldSystem system;
-  system.solve(OneWorker{}, holds, modes, scratch.amplitudes.data(), scratch.gives.data(),
-               scratch.hold_modes.data());
+  system.solve(OneWorker{}, holds, [&](Index entry) {
+    double sum = 0;
+    for (Index first = 0; first < modes; first += kModesOfPart) {
+      sum += HoldSystem::sum_of_modes(
+          entry, rows, std::min(kModesOfPart, modes - first), scratch.amplitudes.data() + first,
+          scratch.gives.data() + first, scratch.hold_modes.data() + first * rows);
+    }
+    return sum;
+  });
   for (Index m = 0; m < modes; ++m) {
     scratch.amplitudes[m] -=
         system.taken(rows, scratch.gives[m], scratch.hold_modes.data() + m * rows);

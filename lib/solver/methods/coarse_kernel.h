@@ -42,6 +42,12 @@ inline constexpr Index kNodePart = 512;
 /// Likewise number i in sums over all numbers, or mode i in sums over all modes.
 inline constexpr Index kCoarseSums = 8;
 
+/// So many modes that follow each other are a part of sums over all that are held; the sums of
+/// parts are added in order.
+inline constexpr Index kModesOfPart = 32;
+inline constexpr Index kMostModeParts = kMostModes / kModesOfPart;
+static_assert(kMostModes % kModesOfPart == 0);
+
 /// Nodes near which something may be held; near more, corrections know of none.
 inline constexpr Index kCoarseHolds = 12;
 inline constexpr Index kHoldRows = 3 * kCoarseHolds;  ///< an axis of a hold each
@@ -244,7 +250,6 @@ struct CoarseHolds {
   Index counts[kCoarseHolds];  ///< of these
 
   [[nodiscard]] PBDSURG_HOST_DEVICE Index rows() const { return 3 * count; }
-  [[nodiscard]] PBDSURG_HOST_DEVICE double row_give(Index row) const { return give(row / 3); }
 
   /// m/N, of the tissue around all of them: it goes with their extent, so with a root of their
   /// number.
@@ -257,7 +262,7 @@ struct CoarseHolds {
 /// these, fewer holds.
 struct CoarseRows : CoarseHolds {
   Index wides = 0;
-  double wide_gives[kMostWides];
+  float wide_compliances[kMostWides];  ///< m^3/Pa
 
   [[nodiscard]] PBDSURG_HOST_DEVICE static constexpr Index most_holds(Index wides) {
     return (kHoldRows - wides) / 3;
@@ -266,24 +271,18 @@ struct CoarseRows : CoarseHolds {
   [[nodiscard]] PBDSURG_HOST_DEVICE Index row_of_wide(Index wide) const {
     return CoarseHolds::rows() + wide;
   }
-  [[nodiscard]] PBDSURG_HOST_DEVICE double row_give(Index row) const {
-    const Index wide = row - CoarseHolds::rows();
-    return wide < 0 ? CoarseHolds::row_give(row) : wide_gives[wide];
-  }
 
-  /// Of a constraint, whose row is known.
-  /// @param mode_gives, hold_modes  see HoldSystem::solve()
-  [[nodiscard]] PBDSURG_HOST_DEVICE double wide_give(Index wide, float compliance, Index modes,
-                                                     const float* mode_gives,
-                                                     const float* hold_modes) const {
-    constexpr double kLeast = 1e-4;  // of what modes give: two constraints may say the same
-    double give = 0;
-    for (Index m = 0; m < modes; ++m) {
-      const double move{hold_modes[m * rows() + row_of_wide(wide)]};
-      give += double{mode_gives[m]} * move * move;
+  /// What gives beside the modes.
+  /// @param of_modes  what these give
+  [[nodiscard]] PBDSURG_HOST_DEVICE double row_give(Index row, double of_modes) const {
+    const Index wide = row - CoarseHolds::rows();
+    if (wide < 0) {
+      return give(row / 3);
     }
-    const double least = kLeast * give;
-    return !(give > 0) ? 1 : compliance > least ? double{compliance} : least;
+    constexpr double kLeast = 1e-4;  // of what modes give: two constraints may say the same
+    const double least = kLeast * of_modes;
+    const double own{wide_compliances[wide]};
+    return !(of_modes > 0) ? 1 : own > least ? own : least;
   }
 };
 
@@ -292,30 +291,45 @@ struct HoldSystem {
   double gives[kHoldRows][kHoldRows];  ///< m/N, the lower triangle
   double forces[kHoldRows];            ///< m, how far what is held would move; then N
 
-  /// (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
-  /// springs.
-  /// @param workers     with their share of entries; all meet in here
-  /// @param holds       as CoarseRows: kHoldRows at most, and what gives at each
+  /// Entries of the system, row after row: its lower triangle, and forces last.
+  [[nodiscard]] PBDSURG_HOST_DEVICE static constexpr Index entries(Index rows) {
+    return rows * (rows + 1);
+  }
+
+  /// What modes add to an entry.
+  /// @param count       of the modes
   /// @param amplitudes  [mode] without holds
   /// @param mode_gives  [mode] see CoarseScratch
   /// @param hold_modes  [mode][row] how modes move what is held
-  template <class Workers, class Holds>
-  PBDSURG_HOST_DEVICE void solve(const Workers& workers, const Holds& holds, Index modes,
-                                 const float* amplitudes, const float* mode_gives,
-                                 const float* hold_modes) {
+  [[nodiscard]] PBDSURG_HOST_DEVICE static double sum_of_modes(Index entry, Index rows, Index count,
+                                                               const float* amplitudes,
+                                                               const float* mode_gives,
+                                                               const float* hold_modes) {
+    const Index row = entry / (rows + 1), other = entry % (rows + 1);
+    double sum = 0;
+    for (Index m = 0; m < count && (other <= row || other == rows); ++m) {
+      const double move{hold_modes[m * rows + row]};
+      sum += other == rows ? move * double{amplitudes[m]}
+                           : double{mode_gives[m]} * move * double{hold_modes[m * rows + other]};
+    }
+    return sum;
+  }
+
+  /// (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
+  /// springs.
+  /// @param workers  with their share of entries; all meet in here
+  /// @param sum_of   (entry) -> what modes add to it
+  template <class Workers, class SumOf>
+  PBDSURG_HOST_DEVICE void solve(const Workers& workers, const CoarseRows& holds,
+                                 const SumOf& sum_of) {
     const Index rows = holds.rows();
-    for (Index entry = workers.first; entry < rows * (rows + 1); entry += workers.stride) {
+    for (Index entry = workers.first; entry < entries(rows); entry += workers.stride) {
       const Index row = entry / (rows + 1), other = entry % (rows + 1);
-      if (other > row && other < rows) {
-        continue;
+      if (other <= row || other == rows) {
+        const double sum = sum_of(entry);
+        (other == rows ? forces[row] : gives[row][other]) =
+            other == row ? sum + holds.row_give(row, sum) : sum;
       }
-      double sum = other == row ? holds.row_give(row) : 0;
-      for (Index m = 0; m < modes; ++m) {
-        const double move{hold_modes[m * rows + row]};
-        sum += other == rows ? move * double{amplitudes[m]}
-                             : double{mode_gives[m]} * move * double{hold_modes[m * rows + other]};
-      }
-      (other == rows ? forces[row] : gives[row][other]) = sum;
     }
     workers.meet();
     // L D L^T; L times D below, D on the diagonal
@@ -332,11 +346,15 @@ struct HoldSystem {
       }
       workers.meet();
     }
-    for (Index j = rows - 1; workers.first == 0 && j >= 0; --j) {
-      for (Index i = j + 1; i < rows; ++i) {
-        forces[j] -= gives[i][j] * forces[i];
+    for (Index i = rows - 1; i > 0; --i) {
+      const double force = forces[i] / gives[i][i];
+      for (Index j = workers.first; j < i; j += workers.stride) {
+        forces[j] -= gives[i][j] * force;
       }
-      forces[j] /= gives[j][j];
+      workers.meet();
+    }
+    for (Index i = workers.first; i < rows; i += workers.stride) {
+      forces[i] /= gives[i][i];
     }
     workers.meet();
   }

@@ -10,23 +10,72 @@
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
 
-#include "lib/base/segment.h"
-
 namespace pbdsurg {
 
 /// Vertices this share of a radius away get a contact too, so that the sweeps cannot push them in.
 inline constexpr float kContactMargin = 0.25F;
 
-/// A capsule in the world.
+/// Where a point is on the axis of a capsule, or on the rectangle of a plate: shares of its ways.
+struct CorePlace {
+  float along = 0, across = 0;
+};
+
+/// A capsule in the world, or a plate.
 struct alignas(16) PlacedCapsule {
-  Vec3<float> start;  ///< m
-  float radius;       ///< m
-  Vec3<float> end;    ///< m
-  float unused = 0;   // two 16-byte loads
+  Vec3<float> start;     ///< m
+  float radius;          ///< m
+  Vec3<float> end;       ///< m
+  float unused = 0;      // 16-byte loads
+  Vec3<float> across{};  ///< m, see Capsule::across
+  float unused_too = 0;
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool is_plate() const { return dot(across, across) > 0; }
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<float> at(const CorePlace& place) const {
+    return start + place.along * (end - start) + place.across * across;
+  }
+
+  /// The place that is nearest to x.
+  [[nodiscard]] PBDSURG_HOST_DEVICE CorePlace closest(const Vec3<float>& x) const {
+    const auto share_of = [&](const Vec3<float>& way) {
+      const float square = dot(way, way);
+      const float share = square > 0 ? dot(x - start, way) / square : 0.0F;
+      return share < 0 ? 0.0F : (share > 1 ? 1.0F : share);
+    };
+    return {share_of(end - start), is_plate() ? share_of(across) : 0.0F};
+  }
+
+  /// One of its corners, m: at(place) without rounding.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<float> corner(const CorePlace& place) const {
+    const Vec3<float>& near = place.along > 0 ? end : start;
+    return place.across > 0 ? near + across : near;
+  }
+
+  /// Calls visit(place) for its corners: the ends of a capsule.
+  template <class Visit>
+  PBDSURG_HOST_DEVICE void for_each_corner(const Visit& visit) const {
+    visit(CorePlace{0, 0});
+    visit(CorePlace{1, 0});
+    if (is_plate()) {
+      visit(CorePlace{0, 1});
+      visit(CorePlace{1, 1});
+    }
+  }
+
+  /// Calls visit(from, to), of corners, for its sides: the axis of a capsule.
+  template <class Visit>
+  PBDSURG_HOST_DEVICE void for_each_side(const Visit& visit) const {
+    visit(CorePlace{0, 0}, CorePlace{1, 0});
+    if (is_plate()) {
+      visit(CorePlace{1, 0}, CorePlace{1, 1});
+      visit(CorePlace{1, 1}, CorePlace{0, 1});
+      visit(CorePlace{0, 1}, CorePlace{0, 0});
+    }
+  }
 
   /// @param way  m
   [[nodiscard]] PBDSURG_HOST_DEVICE PlacedCapsule moved(const Vec3<float>& way) const {
-    return {start + way, radius, end + way};
+    return {start + way, radius, end + way, 0, across};
   }
 };
 
@@ -46,6 +95,9 @@ struct ContactBox {
     high = {most(high.x, most(capsule.start.x, capsule.end.x) + reach),
             most(high.y, most(capsule.start.y, capsule.end.y) + reach),
             most(high.z, most(capsule.start.z, capsule.end.z) + reach)};
+    if (capsule.is_plate()) {
+      add({capsule.start + capsule.across, capsule.radius, capsule.end + capsule.across});
+    }
   }
 
   /// @param way  m
@@ -78,10 +130,10 @@ struct ContactSearch {
   /// @param x  m, the vertex
   PBDSURG_HOST_DEVICE void add(const PlacedCapsule& capsule, const Vec3<float>& x) {
     using std::sqrt;
-    const Vec3<float> axis_point = closest_on_segment(capsule.start, capsule.end, x);
+    const Vec3<float> axis_point = capsule.at(capsule.closest(x));
     const Vec3<float> away = x - axis_point;
     const float distance = sqrt(dot(away, away));
-    // a vertex on the axis has no side to be pushed to
+    // a vertex on the axis, or in the rectangle, has no side to be pushed to
     if (distance > 0 && distance < (1 + kContactMargin) * capsule.radius &&
         distance - capsule.radius < deepest) {
       deepest = distance - capsule.radius;

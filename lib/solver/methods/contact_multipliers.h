@@ -18,19 +18,22 @@
 namespace pbdsurg {
 
 /// The stiffness of a contact over that of its corners, as far as their neighbours leave them
-/// alone. Where a tool sinks in, neighbours do not: within the few sweeps of a substep, contacts no
-/// stiffer than their corners let edges slip past a thin rod. Tissue that nothing holds, and
-/// sheets, which have nothing behind them, would be thrown off by stiffer ones, and so would all
-/// that a capsule runs into.
+/// alone. Where a thin tool sinks in, neighbours do not: within the few sweeps of a substep,
+/// contacts no stiffer than their corners let edges slip past. A thick one takes neighbours along,
+/// and firm contacts with all of these would push by turns too far and not at all. Tissue that
+/// nothing holds, and sheets, which have nothing behind them, would be thrown off by firm ones, and
+/// so would all that a capsule runs into.
 inline constexpr float kPlainFirmness = 1;
 inline constexpr float kHeldFirmness = 4;
 
-/// @param at_rest  of a capsule that does not move: one of the two
-/// @param radii    that it goes in the substep; to a half of one nothing changes, from one on
-///                 firmness is plain
-[[nodiscard]] PBDSURG_HOST_DEVICE inline float firmness_of(float at_rest, float radii) {
-  const float left = 2 * (1 - radii);
-  const float share = left < 1 ? (left > 0 ? left : 0.0F) : 1.0F;
+/// @param at_rest    of thin capsules that do not move: one of the two
+/// @param thickness  of the capsule over the extent of the feature that it meets; to one nothing
+///                   changes, from two on firmness is plain
+/// @param radii      that it goes in the substep; likewise to a half and from one on
+[[nodiscard]] PBDSURG_HOST_DEVICE inline float firmness_of(float at_rest, float thickness,
+                                                           float radii) {
+  const auto share_of = [](float share) { return share < 1 ? (share > 0 ? share : 0.0F) : 1.0F; };
+  const float share = share_of(2 - thickness) * share_of(2 * (1 - radii));
   return kPlainFirmness + share * (at_rest - kPlainFirmness);
 }
 

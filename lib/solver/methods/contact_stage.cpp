@@ -39,6 +39,7 @@ Eigen::Isometry3f turn_of(const JointState& state, float fraction) {
 void move(Capsule& capsule, const Eigen::Isometry3f& way) {
   capsule.start = way * capsule.start;
   capsule.end = way * capsule.end;
+  capsule.across = way.linear() * capsule.across;
 }
 
 // Where capsules are at a fraction of the step: what a joint carries turns before it.

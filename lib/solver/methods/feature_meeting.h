@@ -28,13 +28,25 @@ struct SweptCapsule {
     return {before.moved(way), now.moved(way)};
   }
 
-  /// In radii: the longer one of its ends.
-  [[nodiscard]] PBDSURG_HOST_DEVICE float relative_way() const {
-    using std::sqrt;
-    const Vec3<float> start = now.start - before.start, end = now.end - before.end;
-    const float of_start = dot(start, start), of_end = dot(end, end);
-    return sqrt(of_start < of_end ? of_end : of_start) / now.radius;
+  [[nodiscard]] PBDSURG_HOST_DEVICE PlacedCapsule at(float share) const {
+    return {before.start + share * (now.start - before.start), now.radius,
+            before.end + share * (now.end - before.end), 0,
+            before.across + share * (now.across - before.across)};
   }
+
+  /// m, the longest of its corners.
+  [[nodiscard]] PBDSURG_HOST_DEVICE float way() const {
+    using std::sqrt;
+    float longest = 0;
+    now.for_each_corner([&](const CorePlace& place) {
+      const Vec3<float> own = now.corner(place) - before.corner(place);
+      const float square = dot(own, own);
+      longest = longest < square ? square : longest;
+    });
+    return sqrt(longest);
+  }
+  /// The way in radii.
+  [[nodiscard]] PBDSURG_HOST_DEVICE float relative_way() const { return way() / now.radius; }
 };
 
 /// A half space in the world through a substep.
@@ -57,6 +69,16 @@ struct FeatureCorners {
   Index places[3] = {kInvalidIndex, kInvalidIndex, kInvalidIndex};
   Vec3<float> start[3], end[3];  ///< m
   bool is_fixed[3] = {};
+
+  /// Calls visit(k) for each. A loop to three keeps corners in a device's registers.
+  template <class Visit>
+  PBDSURG_HOST_DEVICE void for_each(const Visit& visit) const {
+    for (int k = 0; k < 3; ++k) {
+      if (k < count) {
+        visit(k);
+      }
+    }
+  }
 };
 
 /// The plane that stands for a tool near a feature.
@@ -80,12 +102,29 @@ PBDSURG_HOST_DEVICE inline Vec3<float> at_share(const Vec3<float>& start, const 
   return share < 1 ? start + share * (end - start) : end;
 }
 
+/// How thick a capsule is over the longest side of a feature: infinite for a vertex, which has
+/// none.
+/// @param position_of  (place) -> m
+template <class PositionOf>
+PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
+                                              const ContactFeature& feature,
+                                              const PositionOf& position_of) {
+  using std::sqrt;
+  float square = 0;
+  for (int k = 1; k < 3; ++k) {
+    for (int j = 0; j < k && feature.places[k] != kInvalidIndex; ++j) {
+      const Vec3<float> side = position_of(feature.places[k]) - position_of(feature.places[j]);
+      const float own = dot(side, side);
+      square = square < own ? own : square;
+    }
+  }
+  return square > 0 ? 2 * capsule.radius / sqrt(square) : kInfinity;
+}
+
 /// What holds all corners of a feature through the substep.
 PBDSURG_HOST_DEVICE inline ContactBox box_of(const FeatureCorners& corners) {
   ContactBox box;
-  for (int k = 0; k < corners.count; ++k) {
-    box.add({corners.start[k], 0, corners.end[k]});
-  }
+  corners.for_each([&](int k) { box.add({corners.start[k], 0, corners.end[k]}); });
   return box;
 }
 
@@ -115,34 +154,69 @@ PBDSURG_HOST_DEVICE inline float larger(float a, float b) {
   return a < b ? b : a;
 }
 
-// Where a feature is nearest to an axis.
+// Where a feature is nearest to an axis, or to the rectangle of a plate.
 struct Meeting {
   float weights[3] = {};
-  float share = 0;  // of the axis, from start to end
-  Vector away;      // m, from the axis to the feature
+  CorePlace place;
+  Vector away;  // m, from there to the feature
   float distance = kInfinity;
 };
 
-PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vector& x, const Vector& a, const Vector& b) {
-  const float share = closest_of_segments(a, b, x, x).first;
-  const Vector away = x - between(a, b, share);
-  return {{1, 0, 0}, share, away, length(away)};
+PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vector& x, const PlacedCapsule& capsule) {
+  const CorePlace place = capsule.closest(x);
+  const Vector away = x - capsule.at(place);
+  return {{1, 0, 0}, place, away, length(away)};
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const Vector& a,
-                                             const Vector& b) {
-  const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
-  if (pair.second < kEnd || pair.second > 1 - kEnd) {
+// On a side.
+PBDSURG_HOST_DEVICE inline CorePlace between(const CorePlace& from, const CorePlace& to,
+                                             float share) {
+  return {from.along + share * (to.along - from.along),
+          from.across + share * (to.across - from.across)};
+}
+
+// Where an edge goes through the rectangle of a plate.
+PBDSURG_HOST_DEVICE inline Meeting pierce_plate(const Vector (&x)[3], const PlacedCapsule& plate) {
+  const Vector normal = cross(plate.end - plate.start, plate.across);
+  const float first = dot(x[0] - plate.start, normal), second = dot(x[1] - plate.start, normal);
+  if (!(first * second < 0)) {
     return {};
   }
-  const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
-  return {{1 - pair.second, pair.second, 0}, pair.first, away, length(away)};
+  const float share = first / (first - second);
+  const Vector point = between(x[0], x[1], share);
+  const CorePlace place = plate.closest(point);
+  const Vector beside = point - plate.at(place);
+  return dot(beside, beside) <= kOnAxis * kOnAxis * plate.radius * plate.radius
+             ? Meeting{{1 - share, share, 0}, place, beside, length(beside)}
+             : Meeting{};
+}
+
+PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const PlacedCapsule& capsule) {
+  Meeting best;
+  capsule.for_each_side([&](const CorePlace& from, const CorePlace& to) {
+    const Vector a = capsule.corner(from), b = capsule.corner(to);
+    const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
+    const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
+    const float distance = length(away);
+    if (distance < best.distance) {
+      best = {{1 - pair.second, pair.second, 0}, between(from, to, pair.first), away, distance};
+    }
+  });
+  if (capsule.is_plate()) {
+    const Meeting inside = pierce_plate(x, capsule);
+    best = inside.distance < best.distance ? inside : best;
+    if (meet_vertex(x[0], capsule).distance <= best.distance ||
+        meet_vertex(x[1], capsule).distance <= best.distance) {
+      return {};
+    }
+  }
+  return best.weights[1] < kEnd || best.weights[1] > 1 - kEnd ? Meeting{} : best;
 }
 
 // Takes the point of a triangle's plane below one of the axis, if that is within the triangle and
 // nearer.
-PBDSURG_HOST_DEVICE inline void consider(const Vector (&x)[3], const Vector& p, float share,
-                                         Meeting& best) {
+PBDSURG_HOST_DEVICE inline void consider(const Vector (&x)[3], const Vector& p,
+                                         const CorePlace& place, Meeting& best) {
   const Vector first = x[1] - x[0], second = x[2] - x[0];
   const Vector normal = cross(first, second);
   const float square = dot(normal, normal);
@@ -156,59 +230,53 @@ PBDSURG_HOST_DEVICE inline void consider(const Vector (&x)[3], const Vector& p, 
   const Vector away = rest * x[0] + b * x[1] + c * x[2] - p;
   const float distance = length(away);
   if (distance < best.distance) {
-    best = {{rest, b, c}, share, away, distance};
+    best = {{rest, b, c}, place, away, distance};
   }
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet_triangle(const Vector (&x)[3], const Vector& a,
-                                                 const Vector& b) {
+PBDSURG_HOST_DEVICE inline Meeting meet_triangle(const Vector (&x)[3],
+                                                 const PlacedCapsule& capsule) {
   Meeting best;
-  consider(x, between(a, b, 0), 0, best);
-  const Vector axis = b - a;
-  if (dot(axis, axis) > 0) {
-    consider(x, between(a, b, 1), 1, best);
-    const Vector normal = cross(x[1] - x[0], x[2] - x[0]);
-    const float rise = dot(axis, normal);
-    const float share = dot(x[0] - a, normal) / rise;
+  capsule.for_each_corner(
+      [&](const CorePlace& place) { consider(x, capsule.corner(place), place, best); });
+  const Vector normal = cross(x[1] - x[0], x[2] - x[0]);
+  capsule.for_each_side([&](const CorePlace& from, const CorePlace& to) {
+    const Vector a = capsule.corner(from), b = capsule.corner(to);
+    const float share = dot(x[0] - a, normal) / dot(b - a, normal);
     if (share > 0 && share < 1) {
-      consider(x, between(a, b, share), share, best);
+      consider(x, between(a, b, share), between(from, to, share), best);
     }
-  }
+  });
   return best;
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet(int count, const Vector (&x)[3], const Vector& a,
-                                        const Vector& b) {
-  return count == 1   ? meet_vertex(x[0], a, b)
-         : count == 2 ? meet_edge(x, a, b)
-                      : meet_triangle(x, a, b);
+PBDSURG_HOST_DEVICE inline Meeting meet(int count, const Vector (&x)[3],
+                                        const PlacedCapsule& capsule) {
+  return count == 1   ? meet_vertex(x[0], capsule)
+         : count == 2 ? meet_edge(x, capsule)
+                      : meet_triangle(x, capsule);
 }
 
 // At a share of the substep.
 PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float share,
                                            const SweptCapsule& capsule) {
   Vector x[3];
-  for (int k = 0; k < corners.count; ++k) {
-    x[k] = at_share(corners.start[k], corners.end[k], share);
-  }
-  const auto& [before, now] = capsule;
-  return share < 1 ? meet(corners.count, x, between(before.start, now.start, share),
-                          between(before.end, now.end, share))
-                   : meet(corners.count, x, now.start, now.end);
+  corners.for_each([&](int k) { x[k] = at_share(corners.start[k], corners.end[k], share); });
+  return meet(corners.count, x, share < 1 ? capsule.at(share) : capsule.now);
 }
 
 // The plane of a capsule where a feature meets it.
 PBDSURG_HOST_DEVICE inline MetFeature plane_of(const SweptCapsule& capsule, const Meeting& hit,
                                                const Vector& normal, Index index) {
   const auto& [before, now] = capsule;
-  const Vector centre = between(now.start, now.end, hit.share);
+  const Vector centre = now.at(hit.place);
   MetFeature met;
   for (int k = 0; k < 3; ++k) {
     met.weights[k] = hit.weights[k];
   }
   met.normal = normal;
   met.point = centre + now.radius * normal;
-  met.way = met.point - (between(before.start, before.end, hit.share) + now.radius * normal);
+  met.way = met.point - (before.at(hit.place) + now.radius * normal);
   met.height = dot(normal, centre) + now.radius;
   met.capsule = index;
   return met;
@@ -232,13 +300,15 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
                                              MetFeature& deepest) {
   using namespace feature_meeting;
   using std::ceil;
-  const auto& [before, now] = capsule;
+  const PlacedCapsule& now = capsule.now;
   const float radius = now.radius;
   const float reach = (1 + kContactMargin) * radius, on_axis = kOnAxis * radius;
-  for (int k = 0; k < corners.count; ++k) {
-    if (corners.is_fixed[k] && meet_vertex(corners.end[k], now.start, now.end).distance < radius) {
-      return;
-    }
+  bool is_fixed_inside = false;
+  corners.for_each([&](int k) {
+    is_fixed_inside |= corners.is_fixed[k] && meet_vertex(corners.end[k], now).distance < radius;
+  });
+  if (is_fixed_inside) {
+    return;
   }
   const Meeting end = meet_at(corners, 1, capsule);
   bool has_side = known != nullptr;
@@ -248,10 +318,9 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   bool is_hit = has_side && is_met_at_end();
   Meeting hit = end;
   float travel = 0;
-  for (int k = 0; k < corners.count; ++k) {
-    travel = larger(travel, length(corners.end[k] - corners.start[k]));
-  }
-  travel = travel + larger(length(now.start - before.start), length(now.end - before.end));
+  corners.for_each(
+      [&](int k) { travel = larger(travel, length(corners.end[k] - corners.start[k])); });
+  travel = travel + capsule.way();
   const float strides = ceil(travel / (kStride * radius));
   const int looks = !(strides > 1)         ? 1
                     : strides < kMostLooks ? static_cast<int>(strides)
@@ -275,7 +344,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   if (!is_hit && (!(end.distance < reach) || (!has_side && outward(1.0F).is_along(end.away)))) {
     return;
   }
-  const Vector centre = between(now.start, now.end, hit.share);
+  const Vector centre = now.at(hit.place);
   const Vector x = hit.weights[0] * corners.end[0] + hit.weights[1] * corners.end[1] +
                    hit.weights[2] * corners.end[2];
   const Vector away = x - centre;
@@ -324,12 +393,12 @@ PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
 PBDSURG_HOST_DEVICE inline float gap_to_reach(const FeatureCorners& corners,
                                               const MetFeature& met) {
   float gap_of_fixed = 0;
-  for (int k = 0; k < corners.count; ++k) {
+  corners.for_each([&](int k) {
     const float gap = dot(met.normal, corners.end[k]) - met.height;
     if (gap < 0 && corners.is_fixed[k]) {
       gap_of_fixed += met.weights[k] * gap;
     }
-  }
+  });
   return gap_of_fixed;
 }
 
@@ -346,12 +415,12 @@ PBDSURG_HOST_DEVICE inline SurfaceContact contact_of(const FeatureCorners& corne
   contact.point = met.point;
   contact.drift = met.way;
   contact.offset = met.height + gap_to_reach(corners, met);
-  for (int k = 0; k < corners.count; ++k) {
+  corners.for_each([&](int k) {
     const Index place = corners.places[k];
     contact.weights[k] = met.weights[k];
     contact.offset = contact.offset - met.weights[k] * dot(met.normal, base(place));
     contact.drift = contact.drift + met.weights[k] * start(place);
-  }
+  });
   return contact;
 }
 

@@ -187,11 +187,9 @@ class FeatureSearch {
 float way_of(const ToolState& tool) {
   float longest = 0;
   for (std::size_t c = 0; c < tool.placed_capsules.size(); ++c) {
-    const auto [before, now] = swept_capsule(tool, c);
-    const Vector start = now.start - before.start, end = now.end - before.end;
-    longest = std::max({longest, dot(start, start), dot(end, end)});
+    longest = std::max(longest, swept_capsule(tool, c).way());
   }
-  return std::sqrt(longest);
+  return longest;
 }
 
 ContactBox swept_box(const ToolState& tool) {

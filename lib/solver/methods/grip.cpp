@@ -204,13 +204,7 @@ class Patch {
     const Particle& p = state.displacements[place];
     VertexEnergy<float> start;
     start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[place]) - load(p));
-    VertexEnergy<float> energy = start;
-    add_rows(rows, block, access, energy);
-    if (!is_finite_way(energy.force)) {
-      energy = start;
-      add_finite_rows(rows, block, access, energy);
-    }
-    return energy;
+    return finite_energy(rows, block, access, start);
   }
 
   const StepContext& step_;

@@ -35,19 +35,11 @@ struct LooseEnd {
   PBDSURG_HOST_DEVICE void push(const Vec3<Scalar>& force) { way = way + give * force; }
 };
 
-/// @param start  the energy of the vertex without rows
-/// @param holds  of the vertex, see move_held()
-template <class Access, class Holds>
-PBDSURG_DEVICE inline LooseEnd<float> find_loose_end(const VertexRows& rows,
-                                                     const VertexBlock& block, const Access& access,
-                                                     const VertexEnergy<float>& start,
+/// @param energy  of the vertex, see finite_energy()
+/// @param holds   of the vertex, see move_held()
+template <class Holds>
+PBDSURG_DEVICE inline LooseEnd<float> find_loose_end(VertexEnergy<float> energy,
                                                      const Holds& holds) {
-  VertexEnergy<float> energy = start;
-  add_rows(rows, block, access, energy);
-  if (!is_finite_way(energy.force)) {
-    energy = start;
-    add_finite_rows(rows, block, access, energy);
-  }
   const RigidGrasps rigid = add_grasps(holds, energy);
   if (rigid.count > 0) {
     return {{}, (1 / static_cast<float>(rigid.count)) * rigid.targets};

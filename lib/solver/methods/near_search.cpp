@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "lib/base/segment.h"
 #include "lib/solver/methods/feature_search.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
@@ -44,9 +43,12 @@ bool serves(const NearFeatures& near, const ToolState& tool, float slack) {
   for (std::size_t c = 0; c < near.capsules.size(); ++c) {
     const SweptCapsule swept = swept_capsule(tool, c).moved(tool.spring.displacement);
     for (const PlacedCapsule& now : {swept.before, swept.now}) {
-      if (now.radius != near.capsules[c].radius ||
-          is_farther(now.start, near.capsules[c].start, slack) ||
-          is_farther(now.end, near.capsules[c].end, slack)) {
+      const PlacedCapsule& then = near.capsules[c];
+      bool stays = now.radius == then.radius && now.is_plate() == then.is_plate();
+      now.for_each_corner([&](const CorePlace& place) {
+        stays = stays && !is_farther(now.corner(place), then.corner(place), slack);
+      });
+      if (!stays) {
         return false;
       }
     }
@@ -88,7 +90,7 @@ void list(const StepContext& step, const ToolState& tool, const NearLists& lists
   const auto is_near = [&](const Vector& x, float radius) {
     return std::ranges::any_of(near.capsules, [&](const PlacedCapsule& capsule) {
       const float reach = (1 + kContactMargin) * capsule.radius + 2 * lists.slack + radius;
-      return !is_farther(x, closest_on_segment(capsule.start, capsule.end, x), reach);
+      return !is_farther(x, capsule.at(capsule.closest(x)), reach);
     });
   };
   near.vertices.reserve(lists.positions.size());

@@ -37,7 +37,8 @@ void find_loose_ends(const StepContext& step, const VertexState& state, Index bl
       const Vec3<float> u = load(p);
       VertexEnergy<float> start;
       start.add_pull(state.inverse_dt_squared / p.w, load(at(state.flights, corner)) - u);
-      end = find_loose_end(rows, block, LaneAccess{state.fixed_points, point, lane}, start,
+      const LaneAccess access{state.fixed_points, point, lane};
+      end = find_loose_end(finite_energy(rows, block, access, start),
                            HeldVertex(step, {load(at(state.bases, corner)), u},
                                       step.scratch.first_holds[place_at(corner)]));
     }

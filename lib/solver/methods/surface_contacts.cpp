@@ -26,7 +26,10 @@ float own_firmness(const StepContext& step, const ToolState& tool, const Surface
     return kPlainFirmness;
   }
   const SweptCapsule swept = swept_capsule(tool, static_cast<std::size_t>(contact.capsule));
-  return firmness_of(step.data.contact_firmness.at(contact.feature.places[0]),
+  const MovingVertices vertices = moving_vertices(step);
+  const float thickness = thickness_of(swept.now, contact.feature,
+                                       [&](Index place) { return vertices.position(place); });
+  return firmness_of(step.data.contact_firmness.at(contact.feature.places[0]), thickness,
                      swept.relative_way());
 }
 

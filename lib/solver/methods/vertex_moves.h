@@ -212,6 +212,33 @@ PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const Vert
   return move_vertex(rows, block, access, start, energy, solve);
 }
 
+/// The energy of a vertex: of finite rows alone, if not all are.
+/// @param start   without rows
+/// @param energy  with them
+template <class Access>
+PBDSURG_DEVICE inline VertexEnergy<float> finite_energy(const VertexRows& rows,
+                                                        const VertexBlock& block,
+                                                        const Access& access,
+                                                        const VertexEnergy<float>& start,
+                                                        VertexEnergy<float> energy) {
+  if (!is_finite_way(energy.force)) {
+    energy = start;
+    add_finite_rows(rows, block, access, energy);
+  }
+  return energy;
+}
+
+/// The same, of a vertex whose rows nobody has added yet.
+template <class Access>
+PBDSURG_DEVICE inline VertexEnergy<float> finite_energy(const VertexRows& rows,
+                                                        const VertexBlock& block,
+                                                        const Access& access,
+                                                        const VertexEnergy<float>& start) {
+  VertexEnergy<float> energy = start;
+  add_tree(rows, block, access, energy);
+  return finite_energy(rows, block, access, start, energy);
+}
+
 /// N, on a vertex where a substep starts; of what is finite, if not all is.
 /// @param force  the sum of its rows
 template <class Access>

@@ -22,7 +22,7 @@ VertexGive<float> find_give(const StepContext& step, const VertexState& state, I
   start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[place]) - load(p));
   const LaneAccess access{state.fixed_points, state.fixed_points[place], lane};
   const HeldVertex held(step, {load(state.bases[place]), load(p)}, step.scratch.first_holds[place]);
-  return find_loose_end(rows, rows.blocks[block_index], access, start, held).give;
+  return find_loose_end(finite_energy(rows, rows.blocks[block_index], access, start), held).give;
 }
 
 }  // namespace
