@@ -547,7 +547,9 @@ __global__ void __launch_bounds__(kModeThreads)
         coarse.mode_count - first < kModesOfBlock ? coarse.mode_count - first : kModesOfBlock;
     double* const part = coarse.hold_parts + blockIdx.x * HoldSystem::entries(kHoldRows);
     for (Index entry = thread; entry < HoldSystem::entries(rows); entry += kModeThreads) {
-      part[entry] = HoldSystem::sum_of_modes(entry, rows, count, amplitudes, gives, hold_modes);
+      if (HoldSystem::has(entry, rows)) {
+        part[entry] = HoldSystem::sum_of_modes(entry, rows, count, amplitudes, gives, hold_modes);
+      }
     }
     for (Index i = thread; i < count * rows; i += kModeThreads) {
       coarse.hold_modes[first * rows + i] = hold_modes[i];

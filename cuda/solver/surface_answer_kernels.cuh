@@ -17,6 +17,7 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
+constexpr int kSpringThreads = 256;
 constexpr int kAnswerBlocks = 8;  // whatever the number of contacts, which the host does not know
 
 /// See follow_feature().
@@ -107,7 +108,7 @@ void begin_surface_contacts(const DeviceState& state, const VertexArrays& vertic
 }
 
 /// After a sweep of vertex blocks: see balance_spring(). One block a copy.
-__global__ void __launch_bounds__(kListThreads)
+__global__ void __launch_bounds__(kSpringThreads)
     balance_springs(DeviceState state, ToolArrays tools, const StepInput* input) {
   wait_for_previous();
   state = of_copy(state);
@@ -121,7 +122,7 @@ __global__ void __launch_bounds__(kListThreads)
     ContactAnswer<float> answer;
   };
   struct AllAnswered {
-    Answered of[kListThreads];
+    Answered of[kSpringThreads];
   };
   __shared__ SharedRoom<AllAnswered> room;
   Answered* const answers = room.get().of;
@@ -133,7 +134,7 @@ __global__ void __launch_bounds__(kListThreads)
     }
     // all threads add up all of them, in their order, and come to the same bits
     const auto add_answers = [&](const Vec3<float>& shift, VertexEnergy<float>& energy) {
-      for (Index first = begin; first < end; first += kListThreads) {
+      for (Index first = begin; first < end; first += kSpringThreads) {
         const Index c = first + thread;
         __syncthreads();
         if (c < end) {
@@ -143,7 +144,7 @@ __global__ void __launch_bounds__(kListThreads)
                                     inverse_dt_squared, contact.stiffness)};
         }
         __syncthreads();
-        for (Index i = 0; i < kListThreads && first + i < end; ++i) {
+        for (Index i = 0; i < kSpringThreads && first + i < end; ++i) {
           add_answer(answers[i], answers[i].answer, -1, energy);
         }
       }

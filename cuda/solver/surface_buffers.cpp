@@ -5,7 +5,6 @@
 #include <array>
 #include <bit>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "lib/solver/methods/contact_multipliers.h"

@@ -12,6 +12,7 @@
 #include "cuda/solver/coarse_kernels.cuh"
 #include "cuda/solver/momentum_kernels.cuh"
 #include "cuda/solver/surface_answer_kernels.cuh"
+#include "cuda/solver/surface_projection_kernels.cuh"
 #include "lib/solver/methods/piece_easing.h"
 #include "lib/solver/methods/rigid_balance.h"
 
@@ -198,7 +199,7 @@ void answer_surface_contacts(const DeviceState& state, const FreePieceArrays& pi
            tools, input);
   }
   if (tools.surfaces.has_springs) {
-    launch(how, "launching springs of tools", 1, kListThreads, balance_springs, state, tools,
+    launch(how, "launching springs of tools", 1, kSpringThreads, balance_springs, state, tools,
            input);
   }
   launch(how, "launching the answer of surfaces", share_blocks(kAnswerBlocks, 1, how), kToolThreads,
@@ -309,7 +310,7 @@ void ease_surface_contacts(const DeviceState& state, const FreePieceArrays& piec
     launch(how, "launching the easing of pieces", 1, kMomentumSums, ease_pieces, state, pieces,
            tools, input, substep);
   }
-  launch(how, "launching the easing of surfaces", 1, kListThreads, ease_surfaces, state, tools,
+  launch(how, "launching the easing of surfaces", 1, kProjectThreads, ease_surfaces, state, tools,
          input);
 }
 

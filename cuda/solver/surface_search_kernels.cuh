@@ -4,16 +4,12 @@
 /// @file
 /// What tools that meet surfaces touch in a substep, in no order; see feature_search.h.
 
-#include <cub/block/block_scan.cuh>
-
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "lib/solver/methods/feature_meeting.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
-
-constexpr int kListThreads = 256;  // of the one block of a copy that lists contacts
 
 /// A feature that a tool may meet.
 struct Candidate {
@@ -277,31 +273,6 @@ __global__ void __launch_bounds__(kToolThreads, 2)  // most threads need few reg
     if (slot < surfaces.tool_room) {
       surfaces.found[of_pusher(m, surfaces.tool_room) + static_cast<std::size_t>(slot)] = found;
     }
-  }
-}
-
-/// Where a tool met more candidates than there is room for: finds the first of them again. Rare, so
-/// not among the instructions of what is not.
-__device__ __noinline__ void find_first(const DeviceState& state, const SurfaceArrays& surfaces,
-                                        const Meeters& meeters, Index m, Index capacity,
-                                        Index vertices, float inverse_dt_squared, bool remembers) {
-  using Scan = cub::BlockScan<Index, kListThreads>;
-  __shared__ typename Scan::TempStorage storage;
-  DeviceContact* const all = surfaces.found + of_pusher(m, surfaces.tool_room);
-  Index count = 0;
-  for (Index first = 0; first < surfaces.candidate_room && count < capacity;
-       first += kListThreads) {
-    DeviceContact found;
-    const bool is_met =
-        find_contact(state, surfaces, meeters, m, first + static_cast<Index>(threadIdx.x), vertices,
-                     inverse_dt_squared, remembers, found);
-    Index rank = 0, sum = 0;
-    Scan(storage).ExclusiveSum(is_met ? 1 : 0, rank, sum);
-    if (is_met && count + rank < capacity) {
-      all[count + rank] = found;
-    }
-    count += sum;
-    __syncthreads();
   }
 }
 

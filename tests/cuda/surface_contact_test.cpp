@@ -14,38 +14,26 @@
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
+#include "tests/support/soft_block.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3f;
 using testing::Approx;
+using testing::at;
 using testing::StrictPair;
 
 constexpr float kStep = 5e-3F;
 constexpr float kEdge = 3e-3F;
 
-ToolPose at(const Vector3f& place) {
-  ToolPose pose = ToolPose::Identity();
-  pose.translation() = place;
-  return pose;
-}
-
-// A block of soft tissue on a table, of springs where the mode knows nothing else.
+// Of springs where the mode knows nothing else.
 Scene make_block(const SolverOptions& options = {}, Index cells_along = 6) {
-  Scene scene;
-  const bool has_springs = options.mode == ProjectionMode::fraction;
-  const BodyId block = scene.add_body(
-      "block", testing::make_box({cells_along, cells_along, 3}, kEdge),
-      has_springs ? testing::kSprings
-                  : Material{.model = ElasticModel::neo_hookean, .youngs_modulus = 10e3F});
-  std::vector<Index> bottom;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].z() < 1e-9) {
-      bottom.push_back(v);
-    }
-  }
-  scene.fix_vertices(block, bottom);
+  const std::array<Index, 3> cells{cells_along, cells_along, 3};
+  Scene scene = options.mode == ProjectionMode::fraction
+                    ? testing::make_soft_block(cells, kEdge, testing::kSprings)
+                    : testing::make_soft_block(cells, kEdge);
+  scene.set_gravity(Scene().gravity());
   return scene;
 }
 

@@ -15,12 +15,14 @@
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
+#include "tests/support/soft_block.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3f;
 using testing::Approx;
+using testing::at;
 using testing::ContainsSubstring;
 using testing::kBlockMass;
 using testing::kGravity;
@@ -37,18 +39,8 @@ SolverMethod any_method() {
   return GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
 }
 
-ToolPose at(const Vector3f& place) {
-  return ToolPose(Eigen::Translation3f(place));
-}
-
-// A block that is fixed below.
 Scene make_block(float stiffness) {
-  Scene scene;
-  scene.set_gravity(Vector3f::Zero());
-  const BodyId block = scene.add_body("block", testing::make_box({6, 6, 3}, double{kEdge}),
-                                      testing::tissue(stiffness));
-  scene.fix_where(block, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
-  return scene;
+  return testing::make_soft_block({6, 6, 3}, double{kEdge}, testing::tissue(stiffness));
 }
 
 const Vector3f kTouch(3.3F * kEdge, 2.9F * kEdge, kHeight + kRadius);

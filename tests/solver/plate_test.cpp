@@ -12,8 +12,7 @@
 #include "lib/solver/methods/feature_meeting.h"
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
-#include "tests/support/meshes.h"
-#include "tests/support/sheet_meshes.h"
+#include "tests/support/soft_block.h"
 
 namespace pbdsurg {
 namespace {
@@ -27,10 +26,7 @@ constexpr float kPlateRadius = 1e-3F;
 constexpr float kPlateEdge = 3e-3F;
 
 ToolPose plate_at(const Vector3f& place, float angle = 0) {
-  ToolPose pose = ToolPose::Identity();
-  pose.translation() = place;
-  pose.rotate(Eigen::AngleAxisf(angle, Vector3f::UnitX()));
-  return pose;
+  return testing::at(place) * Eigen::AngleAxisf(angle, Vector3f::UnitX());
 }
 
 // Around its middle.
@@ -38,21 +34,9 @@ Capsule plate(float length, float width) {
   return {{-length / 2, -width / 2, 0}, {length / 2, -width / 2, 0}, kPlateRadius, {0, width, 0}};
 }
 
-// 18 by 18 by 9 mm on a table, 10 kPa.
+// 18 by 18 by 9 mm.
 Scene plate_block() {
-  Scene scene;
-  scene.set_gravity(Vector3f::Zero());
-  const BodyId block =
-      scene.add_body("block", testing::make_box({6, 6, 3}, kPlateEdge),
-                     {.model = ElasticModel::neo_hookean, .youngs_modulus = 10e3F});
-  std::vector<Index> bottom;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].z() < 1e-9) {
-      bottom.push_back(v);
-    }
-  }
-  scene.fix_vertices(block, bottom);
-  return scene;
+  return testing::make_soft_block({6, 6, 3}, kPlateEdge);
 }
 
 constexpr Vector3f::Scalar kTop = 3 * kPlateEdge, kMiddle = 3 * kPlateEdge;
@@ -87,7 +71,7 @@ TEST_CASE("plate: of a triangle, one feature is as near as the triangle is", "[u
     CAPTURE(i, is_plate);
     const Vec3<float> start = any(), along = any(), other = any();
     const Vec3<float> across = other - (dot(other, along) / dot(along, along)) * along;
-    const PlacedCapsule plate{start, 0.1F, start + along, 0, (is_plate ? 1.0F : 0.0F) * across};
+    const PlacedCapsule plate{start, 0.1F, start + along, (is_plate ? 1.0F : 0.0F) * across};
     const Vec3<float> x[3] = {any(), any(), any()};
     float nearest = feature_meeting::meet(3, x, plate).distance;
     for (int k = 0; k < 3; ++k) {

@@ -296,6 +296,12 @@ struct HoldSystem {
     return rows * (rows + 1);
   }
 
+  /// Whether it is of the lower triangle, or a force.
+  [[nodiscard]] PBDSURG_HOST_DEVICE static constexpr bool has(Index entry, Index rows) {
+    const Index row = entry / (rows + 1), other = entry % (rows + 1);
+    return other <= row || other == rows;
+  }
+
   /// What modes add to an entry.
   /// @param count       of the modes
   /// @param amplitudes  [mode] without holds
@@ -307,7 +313,7 @@ struct HoldSystem {
                                                                const float* hold_modes) {
     const Index row = entry / (rows + 1), other = entry % (rows + 1);
     double sum = 0;
-    for (Index m = 0; m < count && (other <= row || other == rows); ++m) {
+    for (Index m = 0; m < count; ++m) {
       const double move{hold_modes[m * rows + row]};
       sum += other == rows ? move * double{amplitudes[m]}
                            : double{mode_gives[m]} * move * double{hold_modes[m * rows + other]};
@@ -325,7 +331,7 @@ struct HoldSystem {
     const Index rows = holds.rows();
     for (Index entry = workers.first; entry < entries(rows); entry += workers.stride) {
       const Index row = entry / (rows + 1), other = entry % (rows + 1);
-      if (other <= row || other == rows) {
+      if (has(entry, rows)) {
         const double sum = sum_of(entry);
         (other == rows ? forces[row] : gives[row][other]) =
             other == row ? sum + holds.row_give(row, sum) : sum;

@@ -25,9 +25,7 @@ struct alignas(16) PlacedCapsule {
   Vec3<float> start;     ///< m
   float radius;          ///< m
   Vec3<float> end;       ///< m
-  float unused = 0;      // 16-byte loads
   Vec3<float> across{};  ///< m, see Capsule::across
-  float unused_too = 0;
 
   [[nodiscard]] PBDSURG_HOST_DEVICE bool is_plate() const { return dot(across, across) > 0; }
 
@@ -75,7 +73,7 @@ struct alignas(16) PlacedCapsule {
 
   /// @param way  m
   [[nodiscard]] PBDSURG_HOST_DEVICE PlacedCapsule moved(const Vec3<float>& way) const {
-    return {start + way, radius, end + way, 0, across};
+    return {start + way, radius, end + way, across};
   }
 };
 

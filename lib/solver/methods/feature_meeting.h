@@ -30,7 +30,7 @@ struct SweptCapsule {
 
   [[nodiscard]] PBDSURG_HOST_DEVICE PlacedCapsule at(float share) const {
     return {before.start + share * (now.start - before.start), now.radius,
-            before.end + share * (now.end - before.end), 0,
+            before.end + share * (now.end - before.end),
             before.across + share * (now.across - before.across)};
   }
 

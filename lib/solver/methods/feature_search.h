@@ -34,7 +34,7 @@ void find_surface_contacts(const StepContext& step, ToolState& tool, const NearF
 void follow_feature(const StepContext& step, const ToolState& tool, SurfaceContact& contact);
 
 [[nodiscard]] inline PlacedCapsule placed(const Capsule& capsule) {
-  return {load(capsule.start), capsule.radius, load(capsule.end), 0, load(capsule.across)};
+  return {load(capsule.start), capsule.radius, load(capsule.end), load(capsule.across)};
 }
 
 // Of a tool through a substep, but for its displacement.
