@@ -368,18 +368,20 @@ __device__ void project_surfaces_of_cluster(const ClusterArrays& cluster,
     for_each_staged([&](Index place, Index root) {
       store_shared(corners.staged(root), load_there(corners.home(place)));
     });
-    meet(kProjectBarrier, kThreads);
-    own.begin(corners);
-    meet(kProjectBarrier, kThreads);
-    for (Index level = 0; level < levels; ++level) {
-      own.project(corners, level);
-      meet(kProjectBarrier, kThreads);
+    const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
+    meet_all();
+    const ContactCrew crew(count, meet_all);
+    if (crew.has_this_thread()) {
+      own.begin(corners);
+      crew.wait();
+      project(crew, own, corners, levels);
+      own.end();
     }
+    meet_all();
     for_each_staged([&](Index place, Index root) {
       store_there(corners.home(place), load_slot(corners.staged(root)));
     });
-    own.end();
-    meet(kProjectBarrier, kThreads);
+    meet_all();
     if (threadIdx.x < cluster.block_count) {
       arrive(address_in(threadIdx.x, have_moved));
     }

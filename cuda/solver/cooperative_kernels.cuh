@@ -520,8 +520,11 @@ __global__ void __launch_bounds__(kBlockThreads)
     usual.load(tiles.pulls + first_record(tile.firsts.y, thread),
                tiles.volumes + first_record(tile.firsts.w, thread));
     [[maybe_unused]] Index hold = kInvalidIndex;
+    [[maybe_unused]] SharedContacts<kParts> contacts(tools.surfaces, part);
     if constexpr (kTools) {
       hold = __ldcg(vertices.holds + index * kBlockLanes + thread / kParts);
+      const bool is_held = hold != kInvalidIndex && (tile.own & kIsIdle) == 0;
+      contacts.load(is_held ? holds_of(tools.surfaces, place_at(corner)) : HoldRange{});
     }
     walk.advance();
     const bool is_last = walk.is_done();
@@ -542,6 +545,11 @@ __global__ void __launch_bounds__(kBlockThreads)
 
     wait_for<kParts>(points, tile.names, count, met, own, 1 + part, ways, input);
     wait_for_more<kParts>(points, tiles, tile, count, index, thread, own, ways, input);
+    if constexpr (kTools) {
+      if (hold != kInvalidIndex) {
+        __threadfence();  // other corners of contacts are neighbours: they are where they said
+      }
+    }
     __syncwarp();
     const Index lane = thread / kParts;
     const WaitingLane access{points, own, lane};
@@ -554,36 +562,34 @@ __global__ void __launch_bounds__(kBlockThreads)
       energy = start;
     }
 
-    const auto solve = [&](VertexEnergy<float> whole) {
+    const auto solve = [&](const VertexEnergy<float>& whole) {
       if constexpr (kTools) {
         if (hold != kInvalidIndex) {
-          if (tools.surfaces.first_holds != nullptr) {
-            __threadfence();  // other corners of contacts are neighbours: they are where they said
-            add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared,
-                                 whole);
-          }
-          const HeldVertex held{tools,
-                                input,
-                                sweeps.substep,
-                                place_at(corner),
-                                state.capacity,
-                                hold,
-                                {position_of(load_particle(&at(state.particles, corner))), u}};
-          return move_held(held, whole, 1 / inverse_dt_squared);
+          return move_touched(state, tools, input, sweeps.substep, corner, hold, u, whole);
         }
       }
       return relaxation * VertexFactor<float>(whole).solve(whole.force);
     };
+    VertexEnergy<float> whole = energy;
+    if constexpr (kTools) {
+      contacts.add(state, inverse_dt_squared, whole);
+    }
     if (leads) {
-      Vec3<float> move = solve(energy);
+      Vec3<float> move = solve(whole);
       if (__builtin_expect(!is_finite_way(move) || !is_finite_way(energy.force), 0)) {
         const VertexBlock block =
             is_lost(own) ? VertexBlock{} : load_ranges<kRare>(vertices.blocks + index);
-        move = move_vertex(rows, block, access, start, energy, solve);
+        move = move_vertex(rows, block, access, start, energy, [&](VertexEnergy<float> finite) {
+          if constexpr (kTools) {
+            add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared,
+                                 finite);
+          }
+          return solve(finite);
+        });
       }
       const Vec3<float> moved = moves ? u + move : u;
       if constexpr (kTools) {
-        if (hold != kInvalidIndex && tools.surfaces.first_holds != nullptr) {
+        if (hold != kInvalidIndex && tools.surfaces.holds_at != nullptr) {
           store_particle(&at(state.displacements, corner), moved, p.w);
           __threadfence();  // before its point says so
         }

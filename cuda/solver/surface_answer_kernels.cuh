@@ -58,7 +58,6 @@ __global__ void __launch_bounds__(kYieldThreads)
   input += copy_index();
   const SurfaceArrays& surfaces = tools.surfaces;
   const Index count = contact_count(surfaces);
-  const SweptCapsule* const swept = swept_capsules(input, substep);
   constexpr Index kHolds = kYieldThreads / kVertexParts;  // of a block at a time
   __shared__ float yields[kHolds];
   const Index part = static_cast<Index>(threadIdx.x) % kVertexParts;
@@ -83,17 +82,8 @@ __global__ void __launch_bounds__(kYieldThreads)
     __syncthreads();
     if (own < count && corner == 0 && part == 0) {
       const float sum = yields[own_hold] + yields[own_hold + 1] + yields[own_hold + 2];
-      SurfaceContact& contact = surfaces.contacts[own].contact;
-      float firmness = kPlainFirmness;
-      if (contact.capsule != kInvalidIndex) {
-        const SweptCapsule& capsule = swept[surfaces.contacts[own].swept];
-        const float thickness = thickness_of(capsule.now, contact.feature, [&](Index place) {
-          return load_motion(state, place).end;
-        });
-        firmness = firmness_of(__ldg(surfaces.firmness + contact.feature.places[0]), thickness,
-                               capsule.relative_way());
-      }
-      contact.stiffness = sum > 0 ? firmness / sum : 0.0F;
+      DeviceContact& stored = surfaces.contacts[own];
+      stored.contact.stiffness = sum > 0 ? stored.firmness / sum : 0.0F;
     }
     __syncthreads();
   }
@@ -138,9 +128,10 @@ __global__ void __launch_bounds__(kSpringThreads)
         const Index c = first + thread;
         __syncthreads();
         if (c < end) {
-          const auto& [contact, friction, swept, spring] = surfaces.contacts[c];
+          const DeviceContact& stored = surfaces.contacts[c];
+          const SurfaceContact& contact = stored.contact;
           answers[thread] = {contact.normal, contact.stiffness,
-                             answer(contact, friction, read_contact(state, contact, shift),
+                             answer(contact, stored.friction, read_contact(state, contact, shift),
                                     inverse_dt_squared, contact.stiffness)};
         }
         __syncthreads();
@@ -194,6 +185,9 @@ __global__ void __launch_bounds__(kToolThreads)
     const SurfaceContact& contact = surfaces.contacts[c].contact;
     const RememberedContact now = remembered(contact, inverse_dt_squared);
     surfaces.remembered[c] = now;
+    for (int k = 0; k < contact.feature.count(); ++k) {
+      surfaces.holds_at[contact.feature.places[k]] = {};
+    }
     if (tells) {
       surfaces.told[c] = contact;
       surfaces.told_remembered[c] = now;

@@ -46,17 +46,13 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   SurfaceArrays& arrays = arrays_;
   arrays.met_counts = met_counts_.fill(of_tools, 0, stream);
   arrays.found = found_.reserve(of_all);
-  arrays.keys = keys_.reserve(of_all);
-  arrays.sorted_keys = sorted_keys_.reserve(of_all);
-  arrays.order = order_.reserve(of_all);
+  arrays.list_memory = list_memory_.reserve(of_all * kListBytes);
   arrays.contacts = contacts_.reserve(of_all);
   arrays.ends = ends_.fill(ends, 0, stream);
   arrays.level_counts = level_counts_.fill(copies, 0, stream);
-  arrays.first_holds =
-      first_holds_.fill(copies * static_cast<std::size_t>(room.vertices), 0xff, stream);
-  arrays.next_holds = next_holds_.reserve(3 * of_all);
+  arrays.holds_at = holds_at_.fill(copies * static_cast<std::size_t>(room.vertices), 0, stream);
+  arrays.holds = holds_.reserve(3 * of_all);
   arrays.roots = roots_.reserve(3 * of_all);
-  arrays.likely_weights = likely_weights_.reserve(3 * of_all);
   arrays.pushes = pushes_.reserve(3 * of_all);
   arrays.levels = levels_.reserve(of_all);
   arrays.rigid = rigid_.reserve(of_all);
@@ -147,10 +143,9 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
 std::size_t SurfaceBuffers::memory_bytes() const noexcept {
   return triangles_.memory_bytes() + around_.memory_bytes() + first_around_.memory_bytes() +
          pieces_.memory_bytes() + firmness_.memory_bytes() + met_counts_.memory_bytes() +
-         found_.memory_bytes() + keys_.memory_bytes() + sorted_keys_.memory_bytes() +
-         order_.memory_bytes() + contacts_.memory_bytes() + ends_.memory_bytes() +
-         levels_.memory_bytes() + level_counts_.memory_bytes() + first_holds_.memory_bytes() +
-         next_holds_.memory_bytes() + roots_.memory_bytes() + likely_weights_.memory_bytes() +
+         found_.memory_bytes() + list_memory_.memory_bytes() + contacts_.memory_bytes() +
+         ends_.memory_bytes() + levels_.memory_bytes() + level_counts_.memory_bytes() +
+         holds_at_.memory_bytes() + holds_.memory_bytes() + roots_.memory_bytes() +
          pushes_.memory_bytes() + springs_.memory_bytes() + rigid_.memory_bytes() +
          remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }

@@ -47,10 +47,10 @@ class SurfaceBuffers {
   DeviceBuffer<Index> triangles_, around_, first_around_, pieces_;
   DeviceBuffer<float> firmness_;
   DeviceBuffer<DeviceContact> found_, contacts_;
-  DeviceBuffer<ContactKey> keys_, sorted_keys_;
-  DeviceBuffer<Index> met_counts_, order_, ends_, levels_, level_counts_;
-  DeviceBuffer<Index> first_holds_, next_holds_, roots_;
-  DeviceBuffer<float> likely_weights_, pushes_;
+  DeviceBuffer<unsigned char> list_memory_;
+  DeviceBuffer<Index> met_counts_, ends_, levels_, level_counts_, holds_, roots_;
+  DeviceBuffer<HoldRange> holds_at_;
+  DeviceBuffer<float> pushes_;
   DeviceBuffer<RigidContact> rigid_;
   DeviceBuffer<ToolSpring> springs_;
   DeviceBuffer<RememberedContact> remembered_;

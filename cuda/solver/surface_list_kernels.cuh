@@ -5,8 +5,13 @@
 /// Contacts with surfaces in the order of the host's lists, with what sweeps need to find theirs.
 /// One block a copy.
 
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
 #include <cub/block/block_scan.cuh>
 
+#include "cuda/solver/contact_crew.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/surface_contact.cuh"
 #include "cuda/solver/surface_search_kernels.cuh"
@@ -43,27 +48,103 @@ __device__ __noinline__ void find_first(const DeviceState& state, const SurfaceA
   }
 }
 
-/// Of contacts, what ordering and chaining read again and again.
+/// What ordering contacts and their holds reads again and again, in one piece of memory.
 struct ContactLists {
   ContactKey* keys;         ///< of those found
   ContactKey* sorted_keys;  ///< [contact]
-  Index* order;             ///< [contact] which of those found it is
-  Index* next_holds;        ///< as in SurfaceArrays, like the rest
-  float* likely_weights;
-  Index* levels;
+  HoldKey* hold_keys;       ///< [hold]
+  HoldKey* sorted_holds;    ///< [hold] place by place, the last first
+  Index* slots;             ///< where those found lie in SurfaceArrays::found
+  Index* order;             ///< [contact] its slot
+  Index* levels;            ///< [contact] as in SurfaceArrays
+  float* weights;           ///< [hold] negative if its contact is at rest
+  float* sorted_weights;    ///< as sorted_holds
+  Index* ranks;             ///< of contacts, then of holds
+  /// [hold] the contact of the one before at its place, or kInvalidIndex; where ranks were
+  Index* befores;
+
+  /// @param room  contacts
+  __device__ ContactLists(unsigned char* memory, Index room) {
+    const auto take = [&](auto*& list, Index count) {
+      list = reinterpret_cast<std::remove_reference_t<decltype(list)>>(memory);
+      memory += static_cast<std::size_t>(count) * sizeof(*list);
+    };
+    take(keys, room);
+    take(sorted_keys, room);
+    take(hold_keys, 3 * room);
+    take(sorted_holds, 3 * room);
+    take(slots, room);
+    take(order, room);
+    take(levels, room);
+    take(weights, 3 * room);
+    take(sorted_weights, 3 * room);
+    take(ranks, 3 * room);
+    befores = ranks;
+  }
 };
 
 /// Near at hand: of so many contacts at most.
 struct ListStage {
-  static constexpr Index kRoom = 512;
-  ContactKey keys[kRoom], sorted_keys[kRoom];
-  Index order[kRoom], next_holds[3 * kRoom];
-  float likely_weights[3 * kRoom];
-  Index levels[kRoom];
+  static constexpr Index kRoom = 320;
+  alignas(16) unsigned char memory[kRoom * kListBytes];
 };
 
-__device__ inline bool is_before(const ContactKey& a, const ContactKey& b) {
-  return a.meeter < b.meeter || (a.meeter == b.meeter && compare(a.feature, b.feature) < 0);
+/// Tools and features in their order.
+struct OrderOfContact {
+  std::uint64_t high, low;
+
+  __device__ explicit OrderOfContact(const ContactKey& key)
+      : high(pair(key.meeter, key.feature.places[0])),
+        low(pair(key.feature.places[1], key.feature.places[2])) {}
+
+  [[nodiscard]] __device__ bool operator==(const OrderOfContact& other) const {
+    return high == other.high && low == other.low;
+  }
+  [[nodiscard]] __device__ bool operator<(const OrderOfContact& other) const {
+    return high < other.high || (high == other.high && low < other.low);
+  }
+
+ private:
+  /// kInvalidIndex comes before all others.
+  __device__ static std::uint64_t pair(Index first, Index second) {
+    return std::uint64_t{static_cast<std::uint32_t>(first + 1)} << 32 |
+           static_cast<std::uint32_t>(second + 1);
+  }
+};
+
+/// Places, and holds of each, the last first.
+__device__ inline HoldKey key_of_hold(Index place, Index hold) {
+  return HoldKey{static_cast<std::uint32_t>(place)} << 32 | ~static_cast<std::uint32_t>(hold);
+}
+__device__ inline Index place_of(HoldKey key) {
+  return static_cast<Index>(static_cast<std::uint32_t>(key >> 32));
+}
+__device__ inline Index hold_of(HoldKey key) {
+  return static_cast<Index>(~static_cast<std::uint32_t>(key));
+}
+
+/// Counts, for each of some things, those that come before it. All threads of a block call it, and
+/// are to meet before they read it.
+/// @param is_before  (j, i)
+template <class IsBefore>
+__device__ inline void rank_all(Index count, Index* ranks, const IsBefore& is_before) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  for (Index i = thread; i < count; i += kListThreads) {
+    ranks[i] = 0;
+  }
+  __syncthreads();
+  const Index parts = count < kListThreads ? kListThreads / (count > 0 ? count : 1) : 1;
+  for (Index t = thread; t < parts * count; t += kListThreads) {
+    const Index i = t % count;
+    Index before = 0;
+#pragma unroll 4
+    for (Index j = t / count; j < count; j += parts) {
+      before += is_before(j, i) ? 1 : 0;
+    }
+    if (before > 0) {
+      atomicAdd(ranks + i, before);
+    }
+  }
 }
 
 /// Puts contacts in the order of tools and features, each once.
@@ -73,34 +154,38 @@ __device__ inline Index sort_contacts(const ContactLists& lists, Index count) {
   using Scan = cub::BlockScan<Index, kListThreads>;
   __shared__ typename Scan::TempStorage storage;
   const auto thread = static_cast<Index>(threadIdx.x);
-  for (Index i = thread; i < count; i += kListThreads) {
-    const ContactKey own = lists.keys[i];
-    Index rank = 0;
-    for (Index j = 0; j < count; ++j) {
-      const ContactKey other = lists.keys[j];
-      rank += is_before(other, own) || (j < i && !is_before(own, other)) ? 1 : 0;
-    }
-    lists.sorted_keys[rank] = own;
-    lists.order[rank] = i;
-  }
+  bool is_any_again = false;
+  rank_all(count, lists.ranks, [&](Index j, Index i) {
+    const OrderOfContact own(lists.keys[i]), other(lists.keys[j]);
+    const bool is_again = j < i && other == own;
+    is_any_again |= is_again;
+    return other < own || is_again;
+  });
   __syncthreads();
+  for (Index i = thread; i < count; i += kListThreads) {
+    lists.sorted_keys[lists.ranks[i]] = lists.keys[i];
+    lists.order[lists.ranks[i]] = lists.slots[i];
+  }
+  if (__syncthreads_or(is_any_again) == 0) {
+    return count;
+  }
   Index kept = 0;
   for (Index first = 0; first < count; first += kListThreads) {
     const Index i = first + thread;
     ContactKey own{};
-    Index source = 0;
-    bool is_kept = false;
-    if (i < count) {
+    Index slot = 0;
+    const bool is_kept = i < count && (i == 0 || !(OrderOfContact(lists.sorted_keys[i - 1]) ==
+                                                   OrderOfContact(lists.sorted_keys[i])));
+    if (is_kept) {
       own = lists.sorted_keys[i];
-      source = lists.order[i];
-      is_kept = i == 0 || is_before(lists.sorted_keys[i - 1], own);
+      slot = lists.order[i];
     }
     Index rank = 0, sum = 0;
     Scan(storage).ExclusiveSum(is_kept ? 1 : 0, rank, sum);
     __syncthreads();
     if (is_kept) {
       lists.sorted_keys[kept + rank] = own;
-      lists.order[kept + rank] = source;
+      lists.order[kept + rank] = slot;
     }
     kept += sum;
     __syncthreads();
@@ -108,89 +193,104 @@ __device__ inline Index sort_contacts(const ContactLists& lists, Index count) {
   return kept;
 }
 
-/// Chains the holds of each place, the last first.
+/// Lists the holds of each place. All threads of a block call it, and meet in it.
 /// @param count  of contacts
-__device__ inline void chain_holds(const SurfaceArrays& surfaces, const ContactLists& lists,
-                                   Index count) {
-  for (Index hold = static_cast<Index>(threadIdx.x); hold < 3 * count; hold += kListThreads) {
-    const Index own = hold / 3;
-    const Index place = lists.sorted_keys[own].feature.places[hold % 3];
-    Index last = hold, before = kInvalidIndex, root = hold;
-    // its own push, even if that is not likely; others in the order of their holds
-    float pushes =
-        lists.likely_weights[hold] > 0 ? 0.0F : surfaces.contacts[own].contact.weights[hold % 3];
-    for (Index c = place == kInvalidIndex ? 0 : count; c-- > 0;) {
-      const ContactFeature& feature = lists.sorted_keys[c].feature;
-#pragma unroll
-      for (int k = 0; k < 3; ++k) {
-        if (feature.places[k] == place) {
-          const Index other = 3 * c + k;
-          pushes += lists.likely_weights[other];
-          last = other > last ? other : last;
-          before = other < hold && before == kInvalidIndex ? other : before;
-          root = other;
-        }
-      }
-    }
-    lists.next_holds[hold] = before;
-    surfaces.next_holds[hold] = before;
-    surfaces.roots[hold] = root;
-    surfaces.pushes[hold] = pushes;
-    if (place != kInvalidIndex && last == hold) {
-      surfaces.first_holds[place] = hold;
-    }
-  }
-}
-
-/// Finds the levels of contacts from the chains of their holds.
-/// @return  how many there are
-__device__ inline Index find_levels(const SurfaceArrays& surfaces, const ContactLists& lists,
-                                    Index count) {
-  constexpr Index kUnknown = -1;
+__device__ inline void list_holds(const SurfaceArrays& surfaces, const ContactLists& lists,
+                                  Index count) {
   const auto thread = static_cast<Index>(threadIdx.x);
-  volatile Index* const levels = lists.levels;
-  __shared__ Index level_count;
-  if (thread == 0) {
-    level_count = 0;
+  const Index holds = 3 * count;
+  for (Index hold = thread; hold < holds; hold += kListThreads) {
+    lists.hold_keys[hold] = key_of_hold(lists.sorted_keys[hold / 3].feature.places[hold % 3], hold);
   }
-  for (Index c = thread; c < count; c += kListThreads) {
-    levels[c] = kUnknown;
-  }
-  bool is_any_unknown = count > 0;
-  while (is_any_unknown) {
-    __syncthreads();
-    is_any_unknown = false;
-    for (Index c = thread; c < count; c += kListThreads) {
-      if (levels[c] != kUnknown) {
-        continue;
-      }
-      Index level = 0;
-      const auto come_after = [&](Index other) {
-        const Index known = levels[other];
-        level = known == kUnknown || level == kUnknown ? kUnknown
-                                                       : (known + 1 > level ? known + 1 : level);
-      };
-      for (int k = 0; k < 3; ++k) {
-        const Index before = lists.next_holds[3 * c + k];
-        if (before != kInvalidIndex) {
-          come_after(before / 3);
-        }
-      }
-      const Index spring = surfaces.contacts[c].spring;
-      if (spring != kInvalidIndex && c > 0 && surfaces.contacts[c - 1].spring == spring) {
-        come_after(c - 1);
-      }
-      levels[c] = level;
-      atomicMax(&level_count, level + 1);
-      is_any_unknown |= level == kUnknown;
-    }
-    is_any_unknown = __syncthreads_or(is_any_unknown) != 0;
+  rank_all(holds, lists.ranks,
+           [&](Index j, Index i) { return lists.hold_keys[j] < lists.hold_keys[i]; });
+  __syncthreads();
+  for (Index hold = thread; hold < holds; hold += kListThreads) {
+    const Index rank = lists.ranks[hold];
+    lists.sorted_holds[rank] = lists.hold_keys[hold];
+    lists.sorted_weights[rank] = lists.weights[hold];
   }
   __syncthreads();
-  for (Index c = thread; c < count; c += kListThreads) {
-    surfaces.levels[c] = levels[c];
+  for (Index i = thread; i < holds; i += kListThreads) {
+    const HoldKey key = lists.sorted_holds[i];
+    const Index place = place_of(key), hold = hold_of(key);
+    lists.befores[hold] = kInvalidIndex;
+    if (place == kInvalidIndex) {
+      continue;
+    }
+    const auto is_here = [&](Index other) {
+      return other >= 0 && other < holds && place_of(lists.sorted_holds[other]) == place;
+    };
+    Index first = i, end = i + 1;
+    while (is_here(first - 1)) {
+      --first;
+    }
+    // its own push, even if that is not likely; others in the order of their holds
+    float pushes = lists.sorted_weights[i] > 0 ? 0.0F : -lists.sorted_weights[i];
+    for (end = first; is_here(end); ++end) {
+      const float weight = lists.sorted_weights[end];
+      pushes += weight > 0 ? weight : 0.0F;
+    }
+    if (i + 1 < end) {
+      lists.befores[hold] = hold_of(lists.sorted_holds[i + 1]) / 3;
+    }
+    surfaces.holds[i] = hold;
+    surfaces.roots[hold] = hold_of(lists.sorted_holds[end - 1]);
+    surfaces.pushes[hold] = pushes;
+    if (i == first) {
+      surfaces.holds_at[place] = {first, end - first};
+    }
   }
-  return level_count;
+  __syncthreads();
+}
+
+/// Finds the levels of contacts: those of one share no corner and no spring. A warp does it, for 32
+/// contacts at a time.
+/// @param meeters  of which a spring lets contacts come after one another
+/// @return         how many levels there are
+__device__ inline Index find_levels(const SurfaceArrays& surfaces, const ContactLists& lists,
+                                    const MeeterInput* meeters, Index count) {
+  const auto later = [](Index a, Index b) { return a < b ? b : a; };
+  const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
+  Index most = -1;
+  for (Index first = 0; first < count; first += kWarp) {
+    const Index c = first + lane;
+    Index befores[4] = {kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+    if (c < count) {
+      for (int k = 0; k < 3; ++k) {
+        befores[k] = lists.befores[3 * c + k];
+      }
+      const Index meeter = lists.sorted_keys[c].meeter;
+      if (c > 0 && lists.sorted_keys[c - 1].meeter == meeter && meeters[meeter].compliance > 0) {
+        befores[3] = c - 1;
+      }
+    }
+    Index of_earlier = -1;
+#pragma unroll
+    for (Index& before : befores) {
+      if (before != kInvalidIndex && before < first) {
+        of_earlier = later(of_earlier, lists.levels[before]);
+        before = kInvalidIndex;
+      }
+    }
+    Index level = c < count ? kNoLevel : -1;
+    while (__any_sync(~0U, level == kNoLevel) != 0) {
+      Index last = of_earlier;
+#pragma unroll
+      for (const Index before : befores) {
+        const Index met = __shfl_sync(~0U, level, before == kInvalidIndex ? lane : before - first);
+        last = before == kInvalidIndex ? last : later(last, met);
+      }
+      level = level == kNoLevel && last != kNoLevel ? last + 1 : level;
+    }
+    if (c < count) {
+      lists.levels[c] = level;
+      surfaces.levels[c] = level;
+      most = later(most, level);
+    }
+    __syncwarp();
+  }
+  return 1 - least_of_warp(-most);
 }
 
 /// One block a copy.
@@ -206,13 +306,6 @@ __global__ void __launch_bounds__(kListThreads)
   const auto thread = static_cast<Index>(threadIdx.x);
   const Meeters meeters(surfaces, input, substep);
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
-  const Index before = surfaces.ends[surfaces.meeter_room];
-  for (Index hold = thread; hold < 3 * before; hold += kListThreads) {
-    const Index place = surfaces.contacts[hold / 3].contact.feature.places[hold % 3];
-    if (place != kInvalidIndex) {
-      surfaces.first_holds[place] = kInvalidIndex;
-    }
-  }
   const Index capacity =
       input->contact_capacity < surfaces.tool_room ? input->contact_capacity : surfaces.tool_room;
   Index count = 0, dropped = 0;
@@ -231,40 +324,34 @@ __global__ void __launch_bounds__(kListThreads)
     }
     surfaces.springs[m] = spring;
   }
-  __shared__ SharedRoom<ListStage> room;
-  ListStage& stage = room.get();
+  __shared__ ListStage stage;
   const bool is_staged = count <= ListStage::kRoom;
-  const ContactLists lists =
-      is_staged ? ContactLists{stage.keys,       stage.sorted_keys,    stage.order,
-                               stage.next_holds, stage.likely_weights, stage.levels}
-                : ContactLists{surfaces.keys,       surfaces.sorted_keys,    surfaces.order,
-                               surfaces.next_holds, surfaces.likely_weights, surfaces.levels};
-  const auto found_at = [&](Index i, Index& m) -> const DeviceContact& {
-    m = 0;
-    for (Index met = 0;; ++m, i -= met) {
-      met = __ldcg(surfaces.met_counts + m);
-      met = met < capacity ? met : capacity;
-      if (i < met) {
-        return surfaces.found[of_pusher(m, surfaces.tool_room) + static_cast<std::size_t>(i)];
-      }
-    }
-  };
+  const ContactLists lists(is_staged ? stage.memory : surfaces.list_memory,
+                           is_staged ? ListStage::kRoom : surfaces.contact_room);
   __syncthreads();
   for (Index i = thread; i < count; i += kListThreads) {
-    Index m = 0;
-    const ContactFeature& feature = found_at(i, m).contact.feature;
-    lists.keys[i] = {feature, m};
+    Index meeter = 0, rank = i;
+    for (Index m = 0; m < input->meeter_count; ++m) {  // to the end, so that none waits for another
+      const Index met = __ldcg(surfaces.met_counts + m);
+      const Index taken = met < capacity ? met : capacity;
+      const bool is_beyond = m == meeter && rank >= taken;
+      rank -= is_beyond ? taken : 0;
+      meeter += is_beyond ? 1 : 0;
+    }
+    const Index slot = meeter * surfaces.tool_room + rank;
+    lists.slots[i] = slot;
+    lists.keys[i] = {surfaces.found[slot].contact.feature, meeter};
   }
   __syncthreads();
   const Index kept = sort_contacts(lists, count);
   for (Index c = thread; c < kept; c += kListThreads) {
-    Index m = 0;
-    const DeviceContact contact = found_at(lists.order[c], m);
+    const DeviceContact contact = surfaces.found[lists.order[c]];
     surfaces.contacts[c] = contact;
     const bool is_likely =
         contact.contact.multiplier > 0 || read_contact(state, surfaces, contact).gap < 0;
     for (int k = 0; k < 3; ++k) {
-      lists.likely_weights[3 * c + k] = is_likely ? contact.contact.weights[k] : 0.0F;
+      lists.weights[3 * c + k] =
+          is_likely ? contact.contact.weights[k] : -contact.contact.weights[k];
     }
   }
   // where the contacts of each meeter begin
@@ -283,11 +370,12 @@ __global__ void __launch_bounds__(kListThreads)
     input->sums.contacts = (has_pushers ? input->sums.contacts : 0) + kept;
     input->sums.dropped_contacts += dropped;
   }
-  chain_holds(surfaces, lists, kept);
-  __syncthreads();
-  const Index levels = find_levels(surfaces, lists, kept);
-  if (thread == 0) {
-    *surfaces.level_counts = levels;
+  list_holds(surfaces, lists, kept);
+  if (thread < kWarp) {
+    const Index levels = find_levels(surfaces, lists, meeters.meeters, kept);
+    if (thread == 0) {
+      *surfaces.level_counts = levels;
+    }
   }
 }
 
@@ -295,8 +383,9 @@ void find_surface_contacts(const DeviceState& state, const ToolArrays& tools, St
                            Index substep, bool has_pushers, const Launch& how) {
   const bool remembers = state.fixed_points != nullptr && !state.starts;
   const SurfaceArrays& surfaces = tools.surfaces;
+  const Index items = surfaces.candidate_room - (kFeaturesOfTriangle - 1) * surfaces.triangle_count;
   launch(how, "launching the search for surfaces",
-         blocks_for(surfaces.candidate_room, kToolThreads) * surfaces.meeter_room, kToolThreads,
+         blocks_for(items, NearCandidates::kItems) * surfaces.meeter_room, kSearchThreads,
          meet_candidates, state, tools, input, substep, remembers);
   launch(how, "launching the list of contacts", 1, kListThreads, list_contacts, state, tools, input,
          substep, has_pushers, remembers);

@@ -5,6 +5,7 @@
 /// Contacts with surfaces one after another, as far as the order matters: by levels, see
 /// SurfaceArrays. One block goes through them.
 
+#include "cuda/solver/contact_crew.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "lib/solver/methods/contact_multipliers.h"
@@ -71,7 +72,8 @@ struct MovingContact {
   Index level;
   Index roots[3];
   ToolSpring* spring;  ///< null if its tool has none
-  float yield;         ///< 1/kg, see project_contact()
+  float stiffness;     ///< kg, see project_contact()
+  float gap;           ///< m, when it last looked
 
   __device__ MovingContact(const SurfaceArrays& surfaces, Index c)
       : stored(surfaces.contacts[c]), level(surfaces.levels[c]) {
@@ -81,12 +83,20 @@ struct MovingContact {
     spring = spring_of(surfaces, stored);
   }
 
+  /// Once corners are known.
   template <class Corners>
-  __device__ void find_yield(const Corners& corners) {
-    yield = spring == nullptr ? 0 : spring->yield;
+  __device__ void begin(const Corners& corners) {
+    float yield = spring == nullptr ? 0 : spring->yield;
     for_each_corner([&](int k) {
       yield += stored.contact.weights[k] * stored.contact.weights[k] * load(corners, k).w;
     });
+    stiffness = stiffness_of(yield);
+    look(corners);
+  }
+
+  template <class Corners>
+  __device__ void look(const Corners& corners) {
+    gap = read(corners).gap;
   }
 
   template <class Corners>
@@ -97,24 +107,18 @@ struct MovingContact {
     return read_plane(stored.contact, sum - (spring == nullptr ? Vec3<float>{} : spring->shift));
   }
 
-  /// @param friction  coefficient
   template <class Corners>
-  __device__ void project(const Corners& corners, float friction) {
+  __device__ void project(const Corners& corners) {
     project_contact(
-        stored.contact, friction, yield, [&] { return read(corners); },
-        [&](const Vec3<float>& push) {
-          if (spring != nullptr) {
-            spring->shift = spring->shift - spring->yield * push;
-          }
-          for_each_corner([&](int k) {
-            const Particle p = load(corners, k);
-            const Vec3<float> after = position_of(p) + (stored.contact.weights[k] * p.w) * push;
-            if (is_finite_way(after)) {
-              corners.store(stored.contact.feature.places[k], roots[k],
-                            {after.x, after.y, after.z, p.w});
-            }
-          });
-        });
+        stored.contact, stored.friction, stiffness, [&] { return read(corners); },
+        [&](const Vec3<float>& push) { move(corners, push); });
+  }
+
+  /// Out of the plane alone, which it has just looked at.
+  template <class Corners>
+  __device__ void push_out(const Corners& corners) {
+    push_contact_out(stored.contact, stiffness, {gap, {}},
+                     [&](const Vec3<float>& push) { move(corners, push); });
   }
 
  private:
@@ -130,6 +134,19 @@ struct MovingContact {
   template <class Corners>
   [[nodiscard]] __device__ Particle load(const Corners& corners, int k) const {
     return corners.load(stored.contact.feature.places[k], roots[k]);
+  }
+  template <class Corners>
+  __device__ void move(const Corners& corners, const Vec3<float>& push) {
+    if (spring != nullptr) {
+      spring->shift = spring->shift - spring->yield * push;
+    }
+    for_each_corner([&](int k) {
+      const Particle p = load(corners, k);
+      const Vec3<float> after = position_of(p) + (stored.contact.weights[k] * p.w) * push;
+      if (is_finite_way(after)) {
+        corners.store(stored.contact.feature.places[k], roots[k], {after.x, after.y, after.z, p.w});
+      }
+    });
   }
 };
 
@@ -147,7 +164,13 @@ class OwnContacts {
   /// Once corners are known.
   template <class Corners>
   __device__ void begin(const Corners& corners) {
-    one_.find_yield(corners);
+    one_.begin(corners);
+  }
+
+  /// Once corners have moved. Where a thread has more than one contact, it looks at each anew.
+  template <class Corners>
+  __device__ void look(const Corners& corners) {
+    one_.look(corners);
   }
 
   /// @param visit  (contact): whether it has changed
@@ -161,7 +184,7 @@ class OwnContacts {
     }
     for (Index c = thread(); c < count_; c += threads_) {
       MovingContact contact(surfaces_, c);
-      contact.find_yield(corners);
+      contact.begin(corners);
       if (visit(contact)) {
         surfaces_.contacts[c].contact = contact.stored.contact;
       }
@@ -173,7 +196,7 @@ class OwnContacts {
   __device__ void project(const Corners& corners, Index level) {
     for_each(corners, [&](MovingContact& contact) {
       if (contact.level == level) {
-        contact.project(corners, contact.stored.friction);
+        contact.project(corners);
       }
       return contact.level == level;
     });
@@ -194,10 +217,58 @@ class OwnContacts {
   MovingContact one_;
 };
 
+/// All contacts, one level after another.
+template <class Crew, class Corners>
+__device__ __forceinline__ void project(const Crew& crew, OwnContacts& own, const Corners& corners,
+                                        Index levels) {
+  for (Index level = 0; level < levels; ++level) {
+    own.project(corners, level);
+    crew.wait();
+  }
+}
+
+/// See settle_surface_contacts(). From one level with a contact inside to the next.
+/// @param crew  all of a block, or a warp
+template <class Crew, class Corners>
+__device__ __forceinline__ void settle(const Crew& crew, OwnContacts& own, const Corners& corners) {
+  bool is_any_inside = true;
+  for (int pass = 0; pass < kSettlePasses && is_any_inside; ++pass) {
+    is_any_inside = false;
+    for (Index first = 0;;) {
+      Index own_level = kNoLevel;
+      own.for_each(corners, [&](const MovingContact& contact) {
+        if (contact.gap < 0 && contact.level >= first && contact.level < own_level) {
+          own_level = contact.level;
+        }
+        return false;
+      });
+      const Index level = crew.least(own_level);
+      if (level == kNoLevel) {
+        break;
+      }
+      is_any_inside = true;
+      own.for_each(corners, [&](MovingContact& contact) {
+        const bool moves = contact.gap < 0 && contact.level == level;
+        if (moves) {
+          contact.push_out(corners);
+        }
+        return moves;
+      });
+      crew.wait();
+      own.look(corners);
+      first = level + 1;
+    }
+  }
+  own.for_each(corners, [&](MovingContact& contact) {
+    contact.stored.contact.is_left_inside = is_left_inside(contact.read(corners));
+    return true;
+  });
+}
+
 /// Moves corners by their masses: the bits of one contact after another. One block a copy.
 /// @tparam kSettles  only those that are inside, without friction
 template <bool kSettles>
-__global__ void __launch_bounds__(kProjectThreads)
+__global__ void __launch_bounds__(kProjectThreads, 1)
     project_surfaces(DeviceState state, ToolArrays tools) {
   wait_for_previous();
   state = of_copy(state);
@@ -206,51 +277,23 @@ __global__ void __launch_bounds__(kProjectThreads)
   if (count == 0) {
     return;
   }
-  const Index levels = __ldcg(surfaces.level_counts);
   __shared__ SharedRoom<MovingCorners::Stage> room;
   const MovingCorners corners(state, surfaces, count, room.get());
   OwnContacts own(surfaces, count, kProjectThreads);
   __syncthreads();
-  own.begin(corners);
-  __syncthreads();
-  if constexpr (kSettles) {
-    const auto is_inside = [&](const MovingContact& contact) {
-      return contact.read(corners).gap < 0;
-    };
-    bool is_any_inside = false;
-    own.for_each(corners, [&](const MovingContact& contact) {
-      is_any_inside |= is_inside(contact);
-      return false;
-    });
-    // one after another only where there is something to do
-    is_any_inside = __syncthreads_or(is_any_inside) != 0;
-    for (int pass = 0; pass < kSettlePasses && is_any_inside; ++pass) {
-      is_any_inside = false;
-      for (Index level = 0; level < levels; ++level) {
-        own.for_each(corners, [&](MovingContact& contact) {
-          const bool goes = contact.level == level && is_inside(contact);
-          if (goes) {
-            is_any_inside = true;
-            contact.project(corners, 0);
-          }
-          return goes;
-        });
-        __syncthreads();
-      }
-      is_any_inside = __syncthreads_or(is_any_inside) != 0;
+  const ContactCrew crew(count, [] { __syncthreads(); });
+  if (crew.has_this_thread()) {
+    own.begin(corners);
+    crew.wait();
+    if constexpr (kSettles) {
+      settle(crew, own, corners);
+    } else {
+      project(crew, own, corners, __ldcg(surfaces.level_counts));
     }
-    own.for_each(corners, [&](MovingContact& contact) {
-      contact.stored.contact.is_left_inside = is_left_inside(contact.read(corners));
-      return true;
-    });
-  } else {
-    for (Index level = 0; level < levels; ++level) {
-      own.project(corners, level);
-      __syncthreads();
-    }
+    own.end();
   }
+  __syncthreads();
   corners.store_all();
-  own.end();
 }
 
 void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,

@@ -41,6 +41,11 @@ __device__ inline void load_corners(const DeviceState& state, FeatureCorners& co
   });
 }
 
+/// Edges run from smaller to larger places in one of two triangles.
+__device__ inline bool is_own_edge(Index first, Index second) {
+  return first < second;
+}
+
 /// @return  whether there is a candidate of that number, and it can move
 __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArrays& surfaces,
                                       const MeeterInput& meeter, Index index, Index vertex_count,
@@ -65,9 +70,9 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
     if (feature.places[0] == kInvalidIndex) {
       return false;
     }
-    if (part < 3) {  // edges run from smaller to larger places in one of two triangles
+    if (part < 3) {
       const Index first = feature.places[part], second = feature.places[(part + 1) % 3];
-      if (first > second) {
+      if (!is_own_edge(first, second)) {
         return false;
       }
       corners.count = 2;
@@ -249,11 +254,118 @@ __device__ inline bool find_contact(const DeviceState& state, const SurfaceArray
   found.friction = meeter.friction;
   found.swept = met.capsule == kInvalidIndex ? kInvalidIndex : meeter.first_capsule + met.capsule;
   found.spring = meeter.compliance > 0 ? m : kInvalidIndex;
+  found.firmness = kPlainFirmness;
+  if (found.swept != kInvalidIndex && state.fixed_points != nullptr) {
+    const SweptCapsule& capsule = meeters.swept[found.swept];
+    const float thickness = thickness_of(capsule.now, found.contact.feature, [&](Index place) {
+      return load_motion(state, place).end;
+    });
+    found.firmness = firmness_of(__ldg(surfaces.firmness + found.contact.feature.places[0]),
+                                 thickness, capsule.relative_way());
+  }
   return true;
 }
 
-/// Meets all candidates: a thread each, as many blocks for each meeter.
-__global__ void __launch_bounds__(kToolThreads, 2)  // most threads need few registers
+constexpr int kSearchThreads = 128;
+
+/// Which of some candidates a meeter may meet, by their number of corners, so that threads of a
+/// warp do the same with them; in any order. Nearly all are far away.
+class NearCandidates {
+ public:
+  static constexpr Index kItemsOfThread = 2;
+  /// Vertices, or triangles with their edges.
+  static constexpr Index kItems = kItemsOfThread * kSearchThreads;
+
+  /// All threads of a block call it, and meet in it.
+  __device__ void find(const DeviceState& state, const SurfaceArrays& surfaces,
+                       const MeeterInput& meeter, const Vec3<float>& displacement, Index first_item,
+                       Index vertex_count) {
+    const auto thread = static_cast<Index>(threadIdx.x);
+    if (thread < 3) {
+      counts_[thread] = 0;
+    }
+    __syncthreads();
+    const ContactBox box = meeter.box.moved(displacement);
+    const Index of_vertices = vertex_count * (1 + meeter.half_space_count);
+#pragma unroll
+    for (Index i = 0; i < kItemsOfThread; ++i) {
+      const Index item = first_item + i * kSearchThreads + thread;
+      if (item >= of_vertices) {
+        find_triangle(state, surfaces, meeter, box, of_vertices, item - of_vertices);
+      } else if (item >= vertex_count ||
+                 (meeter.capsule_count > 0 && may_meet<1>(state, {item}, box))) {
+        add(1, item);
+      }
+    }
+    __syncthreads();
+  }
+
+  /// Calls visit(candidate) for each, shared out among the threads of a block.
+  template <class Visit>
+  __device__ void for_each(const Visit& visit) const {
+    constexpr Index kWarps = kSearchThreads / kWarp;
+    const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
+    Index turn = static_cast<Index>(threadIdx.x) / kWarp;  // of the warp, among groups
+    for (Index corners = 1; corners <= 3; ++corners) {
+      const Index groups = (counts_[corners - 1] + kWarp - 1) / kWarp;
+      for (; turn < groups; turn += kWarps) {
+        const Index i = turn * kWarp + lane;
+        if (i < counts_[corners - 1]) {
+          visit(list(corners)[i]);
+        }
+      }
+      turn -= groups;
+    }
+  }
+
+ private:
+  [[nodiscard]] __device__ const Index* list(Index corners) const {
+    return corners == 1 ? vertices_ : (corners == 2 ? edges_ : triangles_);
+  }
+  __device__ void add(Index corners, Index candidate) {
+    Index* const list = corners == 1 ? vertices_ : (corners == 2 ? edges_ : triangles_);
+    list[atomicAdd(counts_ + corners - 1, 1)] = candidate;
+  }
+
+  template <int kCorners>
+  __device__ static bool may_meet(const DeviceState& state, const Index (&places)[kCorners],
+                                  const ContactBox& meeter) {
+    ContactBox own;
+#pragma unroll
+    for (const Index place : places) {
+      const CornerMotion motion = load_motion(state, place);
+      own.add(motion.start, motion.end, 0);
+    }
+    return own.meets(meeter);
+  }
+
+  __device__ void find_triangle(const DeviceState& state, const SurfaceArrays& surfaces,
+                                const MeeterInput& meeter, const ContactBox& box, Index of_vertices,
+                                Index triangle) {
+    if (!meeter.meets_triangles || triangle >= surfaces.triangle_count) {
+      return;
+    }
+    const Index* const from = surfaces.triangles + 3 * static_cast<std::ptrdiff_t>(triangle);
+    const Index places[3] = {__ldg(from), __ldg(from + 1), __ldg(from + 2)};
+    if (places[0] == kInvalidIndex || !may_meet(state, places, box)) {
+      return;
+    }
+    const Index first = of_vertices + kFeaturesOfTriangle * triangle;
+#pragma unroll
+    for (Index part = 0; part < 3; ++part) {
+      if (is_own_edge(places[part], places[(part + 1) % 3])) {
+        add(2, first + part);
+      }
+    }
+    add(3, first + 3);
+  }
+
+  Index vertices_[kItems], edges_[3 * kItems], triangles_[kItems];
+  Index counts_[3];  // by corners
+};
+
+/// Meets all candidates: as many blocks for each meeter.
+__global__ void __launch_bounds__(kSearchThreads)
     meet_candidates(DeviceState state, ToolArrays tools, StepInput* input, Index substep,
                     bool remembers) {
   const Index vertices = vertex_count(input);
@@ -263,17 +375,24 @@ __global__ void __launch_bounds__(kToolThreads, 2)  // most threads need few reg
   input += copy_index();
   const Index blocks = static_cast<Index>(gridDim.x) / surfaces.meeter_room;
   const Index m = static_cast<Index>(blockIdx.x) / blocks;
-  const Index index =
-      static_cast<Index>(blockIdx.x) % blocks * kToolThreads + static_cast<Index>(threadIdx.x);
-  DeviceContact found;
-  if (m < input->meeter_count &&
-      find_contact(state, surfaces, Meeters(surfaces, input, substep), m, index, vertices,
-                   input->substep.inverse_dt_squared, remembers, found)) {
-    const Index slot = atomicAdd(surfaces.met_counts + m, 1);
-    if (slot < surfaces.tool_room) {
-      surfaces.found[of_pusher(m, surfaces.tool_room) + static_cast<std::size_t>(slot)] = found;
-    }
+  if (m >= input->meeter_count) {
+    return;
   }
+  const Meeters meeters(surfaces, input, substep);
+  __shared__ SharedRoom<NearCandidates> room;
+  NearCandidates& near = room.get();
+  near.find(state, surfaces, meeters.meeters[m], meeters.displacement(surfaces, m),
+            static_cast<Index>(blockIdx.x) % blocks * NearCandidates::kItems, vertices);
+  near.for_each([&](Index candidate) {
+    DeviceContact found;
+    if (find_contact(state, surfaces, meeters, m, candidate, vertices,
+                     input->substep.inverse_dt_squared, remembers, found)) {
+      const Index slot = atomicAdd(surfaces.met_counts + m, 1);
+      if (slot < surfaces.tool_room) {
+        surfaces.found[of_pusher(m, surfaces.tool_room) + static_cast<std::size_t>(slot)] = found;
+      }
+    }
+  });
 }
 
 }  // namespace

@@ -140,9 +140,7 @@ __device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Ind
       return kOnlyTouched;
     }
   }
-  const Index* const touched = tools.surfaces.first_holds;
-  return touched != nullptr && __ldcg(touched + place) != kInvalidIndex ? kOnlyTouched
-                                                                        : kInvalidIndex;
+  return holds_of(tools.surfaces, place).count > 0 ? kOnlySurfaces : kInvalidIndex;
 }
 
 /// What sweeps of a substep read: what tools do where, and what damping makes of rows.
@@ -251,6 +249,22 @@ struct HeldVertex {
     }
   }
 };
+
+/// By how much a vertex moves that tools touch or hold, m.
+/// @param hold    see VertexArrays::holds
+/// @param u       m, its displacement
+/// @param energy  with that of contacts with surfaces
+__device__ inline Vec3<float> move_touched(const DeviceState& state, const ToolArrays& tools,
+                                           StepInput* input, Index substep, ParticleOffset corner,
+                                           Index hold, const Vec3<float>& u,
+                                           const VertexEnergy<float>& energy) {
+  if (hold == kOnlySurfaces) {
+    return VertexFactor<float>(energy).solve(energy.force);
+  }
+  const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
+  const HeldVertex held{tools, input, substep, place_at(corner), state.capacity, hold, {base, u}};
+  return move_held(held, energy, 1 / input->substep.inverse_dt_squared);
+}
 
 /// The sum of what some neighbouring threads of a warp have found, for each of them: in the order
 /// of add_tree().
@@ -437,11 +451,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   const auto solve = [&](VertexEnergy<float> energy) {
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
-        const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
-        const HeldVertex held{tools,          input, sweep.substep, place_at(corner),
-                              state.capacity, hold,  {base, u}};
         add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared, energy);
-        return move_held(held, energy, 1 / inverse_dt_squared);
+        return move_touched(state, tools, input, sweep.substep, corner, hold, u, energy);
       }
     }
     return relaxation * VertexFactor<float>(energy).solve(energy.force);
@@ -545,11 +556,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     tools = of_copy(tools, state.capacity);
     const Index hold = __ldcg(vertices.holds + index * kBlockLanes + lane);
     if (hold != kInvalidIndex) {
-      const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
-      const HeldVertex held{tools,          input, substep,  place_at(corner),
-                            state.capacity, hold,  {base, u}};
-      moved = u + move_held(held, pushed_energy(flight - u, force, inverse_dt_squared / p.w),
-                            1 / inverse_dt_squared);
+      moved = u + move_touched(state, tools, input, substep, corner, hold, u,
+                               pushed_energy(flight - u, force, inverse_dt_squared / p.w));
     }
   }
   if (is_finite_way(moved)) {

@@ -67,7 +67,7 @@ struct VertexArrays {
   const DampedRow* damped_volumes;    ///< [volume_room] if damped
   const DampedRow* damped_triangles;  ///< [triangle_room] if damped
   /// [copy][block_room][lane] what tools do at a vertex in the current substep: the index of its
-  /// HeldInput, kOnlyTouched or kInvalidIndex.
+  /// HeldInput, kOnlyTouched, kOnlySurfaces or kInvalidIndex.
   Index* holds;
   /// [copy][block_room][lane] N/m, see GuardBlock; null where no surface may be filled.
   float* guards;
@@ -81,7 +81,10 @@ struct VertexArrays {
   bool operator==(const VertexArrays&) const = default;
 };
 
+// Of VertexArrays::holds, where no tool holds the vertex: contacts are all there is, of tools that
+// meet vertices and perhaps of others; of surfaces alone.
 inline constexpr Index kOnlyTouched = -2;
+inline constexpr Index kOnlySurfaces = -3;
 
 /// What nothing holds: see FreePieces.
 struct FreePieceArrays {
@@ -260,6 +263,7 @@ struct DeviceContact {
   float friction;  ///< coefficient
   Index swept;     ///< its capsule in StepInput's table of the substep; kInvalidIndex: a half space
   Index spring;    ///< the meeter that it is of, if that has one; else kInvalidIndex
+  float firmness;  ///< for vertex blocks: see firmness_of()
 };
 
 /// A triangle is a candidate itself, behind its three edges.
@@ -270,6 +274,17 @@ struct alignas(16) ContactKey {
   ContactFeature feature;
   Index meeter;
 };
+
+/// A place and a hold there, in one number.
+using HoldKey = std::uint64_t;
+
+struct alignas(8) HoldRange {
+  Index first = 0, count = 0;
+};
+
+/// Of a contact, in SurfaceArrays::list_memory: see ContactLists.
+inline constexpr std::size_t kListBytes =
+    2 * sizeof(ContactKey) + 3 * sizeof(Index) + 3 * (2 * sizeof(HoldKey) + 3 * sizeof(Index));
 
 /// What tools that meet surfaces touch. There is room for the copy that has most; nothing at all,
 /// until a tool is such a one.
@@ -285,19 +300,16 @@ struct SurfaceArrays {
   const Index* piece_of_place = nullptr;  ///< [capacity] free pieces, or kInvalidIndex; may be null
   const float* firmness = nullptr;        ///< [capacity] see ContactFirmness
   // of the current substep
-  Index* met_counts = nullptr;        ///< [copy][meeter] candidates; zero between searches
-  DeviceContact* found = nullptr;     ///< [copy][meeter][tool_room] in any order
-  ContactKey* keys = nullptr;         ///< [copy][contact_room] of those found
-  ContactKey* sorted_keys = nullptr;  ///< likewise
-  Index* order = nullptr;             ///< likewise
+  Index* met_counts = nullptr;           ///< [copy][meeter] candidates; zero between searches
+  DeviceContact* found = nullptr;        ///< [copy][meeter][tool_room] in any order
+  unsigned char* list_memory = nullptr;  ///< [copy][contact_room][kListBytes]
   DeviceContact* contacts = nullptr;  ///< [copy][contact_room] in the order of tools and features
   Index* ends = nullptr;              ///< [copy][1 + meeter_room] of the tools before, then of each
   Index* level_counts = nullptr;      ///< [copy]
-  Index* first_holds = nullptr;       ///< [copy][capacity] of a place, the last, or kInvalidIndex
-  Index* next_holds = nullptr;      ///< [copy][hold] the one before at its place, or kInvalidIndex
-  Index* roots = nullptr;           ///< [copy][hold] the first at its place
-  float* likely_weights = nullptr;  ///< [copy][hold] its weight, or 0 if its contact is at rest
-  float* pushes = nullptr;          ///< [copy][hold] how often its place is pushed, in all
+  HoldRange* holds_at = nullptr;      ///< [copy][capacity] of a place, within holds
+  Index* holds = nullptr;             ///< [copy][hold] those of a place together, the last first
+  Index* roots = nullptr;             ///< [copy][hold] the first at its place
+  float* pushes = nullptr;            ///< [copy][hold] how often its place is pushed, in all
   /// [copy][contact_room] contacts of one level share no corner and no spring, and come after
   /// those of lower ones
   Index* levels = nullptr;

@@ -82,19 +82,23 @@ struct ContactBox {
   Vec3<float> low{kInfinity, kInfinity, kInfinity};      ///< m
   Vec3<float> high{-kInfinity, -kInfinity, -kInfinity};  ///< m
 
+  /// Grows by a way.
+  /// @param reach  m, around it
+  PBDSURG_HOST_DEVICE void add(const Vec3<float>& start, const Vec3<float>& end, float reach) {
+    const auto least = [](float a, float b) { return a < b ? a : b; };
+    const auto most = [](float a, float b) { return a > b ? a : b; };
+    low = {least(low.x, least(start.x, end.x) - reach), least(low.y, least(start.y, end.y) - reach),
+           least(low.z, least(start.z, end.z) - reach)};
+    high = {most(high.x, most(start.x, end.x) + reach), most(high.y, most(start.y, end.y) + reach),
+            most(high.z, most(start.z, end.z) + reach)};
+  }
+
   /// Grows by a capsule and its margin.
   PBDSURG_HOST_DEVICE void add(const PlacedCapsule& capsule) {
     const float reach = (1 + kContactMargin) * capsule.radius;
-    const auto least = [](float a, float b) { return a < b ? a : b; };
-    const auto most = [](float a, float b) { return a > b ? a : b; };
-    low = {least(low.x, least(capsule.start.x, capsule.end.x) - reach),
-           least(low.y, least(capsule.start.y, capsule.end.y) - reach),
-           least(low.z, least(capsule.start.z, capsule.end.z) - reach)};
-    high = {most(high.x, most(capsule.start.x, capsule.end.x) + reach),
-            most(high.y, most(capsule.start.y, capsule.end.y) + reach),
-            most(high.z, most(capsule.start.z, capsule.end.z) + reach)};
+    add(capsule.start, capsule.end, reach);
     if (capsule.is_plate()) {
-      add({capsule.start + capsule.across, capsule.radius, capsule.end + capsule.across});
+      add(capsule.start + capsule.across, capsule.end + capsule.across, reach);
     }
   }
 

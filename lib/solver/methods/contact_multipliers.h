@@ -94,32 +94,44 @@ PBDSURG_DEVICE inline void add_answer(const Contact& contact, const ContactAnswe
   energy.add_square((1 - sticking) * square, contact.normal);
 }
 
-/// Moves corners by their masses: out of the plane, then against the slip.
+/// kg, of a contact whose corners move by their masses.
 /// @param yield  1/kg, sum(weights^2 * inverse masses)
-/// @param read   () -> ContactReading<float>
-/// @param move   (push) with push in kg m
+[[nodiscard]] PBDSURG_HOST_DEVICE inline float stiffness_of(float yield) {
+  return yield > 0 ? 1 / yield : 0.0F;
+}
+
+/// Moves corners by their masses out of the plane.
+/// @param stiffness  kg, as of stiffness_of()
+/// @param reading    that the contact has now
+/// @param move       (push) with push in kg m
+template <class Contact, class Move>
+PBDSURG_DEVICE inline void push_contact_out(Contact& contact, float stiffness,
+                                            const ContactReading<float>& reading,
+                                            const Move& move) {
+  const ContactForce<float> now = answer(contact, 0, reading, 1, stiffness).force;
+  if (stiffness > 0 && is_finite_force(now)) {
+    const Vec3<float> push = (now.push - contact.multiplier) * contact.normal;
+    contact.multiplier = now.push;
+    move(push);
+  }
+}
+
+/// Likewise, then against the slip.
+/// @param read  () -> ContactReading<float>
 template <class Contact, class Read, class Move>
-PBDSURG_DEVICE inline void project_contact(Contact& contact, float friction, float yield,
+PBDSURG_DEVICE inline void project_contact(Contact& contact, float friction, float stiffness,
                                            const Read& read, const Move& move) {
-  if (!(yield > 0)) {
+  push_contact_out(contact, stiffness, read(), move);
+  if (!(friction > 0) || !(stiffness > 0)) {
     return;
   }
-  const auto project_once = [&](float mu) {
-    const ContactForce<float> now = answer(contact, mu, read(), 1, 1 / yield).force;
-    if (!is_finite_force(now)) {
-      return;
-    }
-    const Vec3<float> drag = mu > 0 ? now.drag - contact.friction : Vec3<float>{};
-    const Vec3<float> push = (now.push - contact.multiplier) * contact.normal + drag;
+  const ContactForce<float> now = answer(contact, friction, read(), 1, stiffness).force;
+  if (is_finite_force(now)) {
+    const Vec3<float> push =
+        (now.push - contact.multiplier) * contact.normal + (now.drag - contact.friction);
     contact.multiplier = now.push;
-    if (mu > 0) {
-      contact.friction = now.drag;
-    }
+    contact.friction = now.drag;
     move(push);
-  };
-  project_once(0);
-  if (friction > 0) {
-    project_once(friction);
   }
 }
 

@@ -124,7 +124,7 @@ PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
 /// What holds all corners of a feature through the substep.
 PBDSURG_HOST_DEVICE inline ContactBox box_of(const FeatureCorners& corners) {
   ContactBox box;
-  corners.for_each([&](int k) { box.add({corners.start[k], 0, corners.end[k]}); });
+  corners.for_each([&](int k) { box.add(corners.start[k], corners.end[k], 0); });
   return box;
 }
 

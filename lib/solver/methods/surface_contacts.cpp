@@ -42,7 +42,7 @@ void project(const StepContext& step, ToolState& tool, SurfaceContact& contact, 
     yield += contact.weights[k] * contact.weights[k] * vertices.moving[contact.feature.places[k]].w;
   }
   project_contact(
-      contact, friction, yield, [&] { return read_contact(vertices, contact, tool); },
+      contact, friction, stiffness_of(yield), [&] { return read_contact(vertices, contact, tool); },
       [&](const Vector& push) {
         spring.shift = spring.shift - spring.yield * push;
         for (int k = 0; k < contact.feature.count(); ++k) {

@@ -52,7 +52,7 @@ void project(const StepContext& step, TissueTouch& touch, float friction) {
     yield += touch.weights[k] * touch.weights[k] * vertices.moving[touch.places[k]].w;
   }
   project_contact(
-      touch, friction, yield, [&] { return read_touch(vertices, touch); },
+      touch, friction, stiffness_of(yield), [&] { return read_touch(vertices, touch); },
       [&](const Vector& push) { move(step, vertices, touch, push); });
 }
 

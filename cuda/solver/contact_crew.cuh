@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Threads that go through contacts together.
+
+#include <limits>
+
+#include "cuda/solver/kernel_support.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+/// Behind all levels of contacts.
+constexpr Index kNoLevel = std::numeric_limits<Index>::max();
+
+__device__ inline Index least_of_warp(Index own) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+  return __reduce_min_sync(~0U, own);
+#else
+  for (int distance = kWarp / 2; distance > 0; distance /= 2) {
+    const Index other = __shfl_xor_sync(~0U, own, distance);
+    own = other < own ? other : own;
+  }
+  return own;
+#endif
+}
+
+/// Where a warp has a thread for each contact, it goes alone, for it waits for itself in a fraction
+/// of the time; else all threads of a block do.
+/// @tparam Meet  () of all threads that have contacts
+template <class Meet>
+class ContactCrew {
+ public:
+  /// @param contacts  how many
+  __device__ ContactCrew(Index contacts, const Meet& meet)
+      : is_warp_(contacts <= kWarp), meet_(meet) {}
+
+  [[nodiscard]] __device__ bool has_this_thread() const { return !is_warp_ || threadIdx.x < kWarp; }
+
+  /// Until all have come here; then each sees what the others have stored.
+  __device__ void wait() const {
+    if (is_warp_) {
+      __syncwarp();
+    } else {
+      meet_();
+    }
+  }
+
+  /// Of all threads.
+  [[nodiscard]] __device__ Index least(Index own) const {
+    const Index of_warp = least_of_warp(own);
+    if (is_warp_) {
+      return of_warp;
+    }
+    __shared__ Index of_all;
+    meet_();  // all have read what it was before
+    if (threadIdx.x == 0) {
+      of_all = of_warp;
+    }
+    meet_();
+    if (threadIdx.x % kWarp == 0 && threadIdx.x > 0) {
+      atomicMin(&of_all, of_warp);
+    }
+    meet_();
+    return of_all;
+  }
+
+ private:
+  bool is_warp_;
+  Meet meet_;
+};
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE
