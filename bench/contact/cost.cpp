@@ -20,6 +20,8 @@ constexpr int kPressSteps = 40;
 constexpr float kDepth = 3e-3F, kRadius = 2.5e-3F, kBetween = 20e-3F;  // m
 constexpr float kSway = 0.2e-3F;                                       // m, so that contacts change
 constexpr TissueContact kBodies{.thickness = 0.5e-3F, .friction = 0.1F};
+constexpr float kHeld = 4e-3F;  // m, around a place that jaws hold
+constexpr float kLift = 4e-3F;  // m
 
 // The lowest vertex of the gallbladder, and the lowest at some way from it.
 std::array<Eigen::Vector3f, 2> lowest_places(const Scene& scene) {
@@ -54,19 +56,43 @@ std::vector<Index> half_of_membrane(const Scene& scene) {
   return links;
 }
 
+// Vertices of the gallbladder around a place.
+std::vector<TissuePoint> points_around(const Scene& scene, const Eigen::Vector3f& place) {
+  const Body& body = scene.body(scene.find_body("gallbladder"));
+  std::vector<TissuePoint> points;
+  for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+    if ((scene.positions()[v].cast<float>() - place).norm() < kHeld) {
+      points.push_back({{v, kInvalidIndex, kInvalidIndex}, {1, 0, 0}});
+    }
+  }
+  return points;
+}
+
+struct Stage {
+  const char* name;
+  std::optional<ContactFeatures> features;  // that two shafts meet
+  bool do_bodies_meet;
+  bool do_jaws_hold;
+};
+
 // What steps, and what touches it.
 class Variant {
  public:
-  Variant(const Scene& scene, const CostSubject& subject, std::optional<ContactFeatures> features,
-          bool do_bodies_meet)
+  Variant(const Scene& scene, const CostSubject& subject, const Stage& stage)
       : solver_(scene, subject.options), step_(subject.step), places_(lowest_places(scene)) {
     solver_.tissue().apply({.remove_links = half_of_membrane(scene)});
     const Capsule shaft{{0, 0, 0}, {0, 0, -0.15F}, kRadius};
-    for (std::size_t i = 0; features && i < places_.size(); ++i) {
-      tools_.push_back(solver_.add_tool({&shaft, 1}, pose(i, 0), {*features, 0}));
+    for (std::size_t i = 0; stage.features && i < places_.size(); ++i) {
+      tools_.push_back(solver_.add_tool({&shaft, 1}, pose(i, 0), {*stage.features, 0}));
     }
-    if (do_bodies_meet) {
+    if (stage.do_bodies_meet) {
       solver_.set_body_contact(0, 1, kBodies);
+    }
+    if (stage.do_jaws_hold) {
+      Grip grip{.clamp_force = 1, .friction = 0.5F};
+      grip.pad.half_length = grip.pad.half_width = 2 * kHeld;
+      holder_ = solver_.add_tool({}, at(places_[0]));
+      solver_.grasp(*holder_, points_around(scene, places_[0]), grip);
     }
   }
 
@@ -74,6 +100,10 @@ class Variant {
   double time_step(int round) {
     for (std::size_t i = 0; i < tools_.size(); ++i) {
       solver_.move_tool(tools_[i], pose(i, round));
+    }
+    if (holder_) {
+      solver_.move_tool(*holder_,
+                        at(places_[0] + Eigen::Vector3f(sway(round), 0, -kLift * share(round))));
     }
     if (solver_.options().executor.kind() == ExecutorKind::device) {
       return 1e3 * time_of([&] { solver_.step(step_); });
@@ -88,28 +118,28 @@ class Variant {
   }
 
  private:
+  [[nodiscard]] static float share(int round) {
+    return static_cast<float>(std::min(round, kPressSteps)) / kPressSteps;
+  }
+  [[nodiscard]] static float sway(int round) {
+    return round < kPressSteps ? 0 : kSway * std::sin(0.3F * static_cast<float>(round));
+  }
   [[nodiscard]] ToolPose pose(std::size_t tool, int round) const {
-    const float way = kDepth * static_cast<float>(std::min(round, kPressSteps)) / kPressSteps;
-    const float sway = round < kPressSteps ? 0 : kSway * std::sin(0.3F * static_cast<float>(round));
-    return at(places_[tool] + Eigen::Vector3f(sway, 0, way - kRadius));
+    return at(places_[tool] + Eigen::Vector3f(sway(round), 0, kDepth * share(round) - kRadius));
   }
 
   Solver solver_;
   float step_;
   std::array<Eigen::Vector3f, 2> places_;
   std::vector<ToolId> tools_;
+  std::optional<ToolId> holder_;
 };
 
-struct Stage {
-  const char* name;
-  std::optional<ContactFeatures> features;
-  bool do_bodies_meet;
-};
-
-constexpr std::array kStages{Stage{"the step, without contact", std::nullopt, false},
-                             Stage{"tools meet vertices", ContactFeatures::vertices, false},
-                             Stage{"tools meet all features", ContactFeatures::all, false},
-                             Stage{"the same, and bodies meet", ContactFeatures::all, true}};
+constexpr std::array kStages{Stage{"the step, without contact", std::nullopt, false, false},
+                             Stage{"tools meet vertices", ContactFeatures::vertices, false, false},
+                             Stage{"tools meet all features", ContactFeatures::all, false, false},
+                             Stage{"the same, and bodies meet", ContactFeatures::all, true, false},
+                             Stage{"jaws hold what is around", std::nullopt, false, true}};
 
 }  // namespace
 
@@ -120,8 +150,7 @@ std::vector<ContactCost> contact_costs(const CostSubject& subject, int rounds) {
   std::array<std::vector<double>, kStages.size()> times;
   for (std::size_t i = 0; i < kStages.size(); ++i) {
     try {
-      variants[i] =
-          std::make_unique<Variant>(scene, subject, kStages[i].features, kStages[i].do_bodies_meet);
+      variants[i] = std::make_unique<Variant>(scene, subject, kStages[i]);
     } catch (const BackendUnavailable&) {  // the row stays empty
     }
   }

@@ -29,7 +29,8 @@ struct ContactCost {
 
 /// A gallbladder that lies on the liver, half of its membrane cut, at first without anything that
 /// touches; then two shafts of 2.5 mm, 3 mm deep in it, that meet its vertices; all of its surface;
-/// and that, with the two bodies meeting each other. All step by turns.
+/// and that, with the two bodies meeting each other; or jaws that hold what is within 4 mm of one
+/// place, and lift it by as much. All step by turns.
 /// @param rounds  that are timed
 [[nodiscard]] std::vector<ContactCost> contact_costs(const CostSubject& subject, int rounds);
 

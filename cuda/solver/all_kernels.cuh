@@ -9,6 +9,7 @@
 #include "cuda/solver/cooperative_kernels.cuh"
 #include "cuda/solver/explicit_kernels.cuh"
 #include "cuda/solver/filling_kernels.cuh"
+#include "cuda/solver/grip_kernels.cuh"
 #include "cuda/solver/momentum_kernels.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
@@ -33,6 +34,10 @@ constexpr StepKernels all_kernels() {
           &begin_surface_contacts,
           &project_surface_contacts,
           &answer_surface_contacts,
+          &begin_grips,
+          &answer_grips,
+          &project_grips,
+          &end_grips,
           &remember_surface_contacts,
           &ease_surface_contacts,
           &project,

@@ -434,7 +434,8 @@ template <int kParts, Reach kReach, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     sweep_tiles(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
                 TileArrays tiles, ToolArrays tools, Mailboxes boxes, StepInput* input) {
-  constexpr bool kTools = kReach == Reach::held_substep;
+  constexpr bool kGrips = kReach == Reach::gripped_substep;
+  constexpr bool kTools = kReach == Reach::held_substep || kGrips;
   constexpr bool kStep = kReach == Reach::step;
   using Shape = TileShape<kParts>;
   extern __shared__ float4 all_ways[];
@@ -565,7 +566,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     const auto solve = [&](const VertexEnergy<float>& whole) {
       if constexpr (kTools) {
         if (hold != kInvalidIndex) {
-          return move_touched(state, tools, input, sweeps.substep, corner, hold, u, whole);
+          return move_touched<kGrips>(state, tools, input, sweeps.substep, corner, hold, u, whole);
         }
       }
       return relaxation * VertexFactor<float>(whole).solve(whole.force);
@@ -589,7 +590,7 @@ __global__ void __launch_bounds__(kBlockThreads)
       }
       const Vec3<float> moved = moves ? u + move : u;
       if constexpr (kTools) {
-        if (hold != kInvalidIndex && tools.surfaces.holds_at != nullptr) {
+        if (hold != kInvalidIndex && (kGrips || tools.surfaces.holds_at != nullptr)) {
           store_particle(&at(state.displacements, corner), moved, p.w);
           __threadfence();  // before its point says so
         }
@@ -624,9 +625,10 @@ __global__ void __launch_bounds__(kBlockThreads)
 
 template <bool kRare, int kParts>
 constexpr auto* sweep_kernel(Reach reach) {
-  return reach == Reach::step           ? sweep_tiles<kParts, Reach::step, kRare>
-         : reach == Reach::held_substep ? sweep_tiles<kParts, Reach::held_substep, kRare>
-                                        : sweep_tiles<kParts, Reach::substep, kRare>;
+  return reach == Reach::step              ? sweep_tiles<kParts, Reach::step, kRare>
+         : reach == Reach::gripped_substep ? sweep_tiles<kParts, Reach::gripped_substep, kRare>
+         : reach == Reach::held_substep    ? sweep_tiles<kParts, Reach::held_substep, kRare>
+                                           : sweep_tiles<kParts, Reach::substep, kRare>;
 }
 
 template <bool kRare>
@@ -696,7 +698,7 @@ void launch_at_once(const Launch& how, const char* name, Index blocks, const Til
 Index prepare_sweep_of_vertices(const TileArrays& tiles) {
   return blocks_at_once(
       tiles, {sweep_kernel(tiles, Reach::substep), sweep_kernel(tiles, Reach::held_substep),
-              sweep_kernel(tiles, Reach::step)});
+              sweep_kernel(tiles, Reach::gripped_substep), sweep_kernel(tiles, Reach::step)});
 }
 
 void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,

@@ -105,12 +105,20 @@ class CooperativeSweeps final : public Sweeps {
     if (arrays.vertices.is_damped) {
       kernels_.pack_numbers(arrays.vertices, tiles_, launch);
     }
-    const Reach reach = arrays.has_tools() ? Reach::held_substep : Reach::substep;
-    // what comes between sweeps: surfaces answer after each, a correction comes after the first
+    const Reach reach = arrays.has_grips     ? Reach::gripped_substep
+                        : arrays.has_tools() ? Reach::held_substep
+                                             : Reach::substep;
+    // what comes between sweeps: grips and surfaces answer after each, a correction comes after
+    // the first
     for (Index first = 0; first < arrays.sweep_count;) {
-      const bool is_alone = arrays.has_meeters || (first == 0 && arrays.has_correction());
+      const bool is_alone =
+          arrays.has_grips || arrays.has_meeters || (first == 0 && arrays.has_correction());
       const Index end = is_alone ? first + 1 : arrays.sweep_count;
       sweep(reach, arrays, substep, {first, end}, launch);
+      if (arrays.has_grips) {
+        kernels_.answer_grips(arrays.state, arrays.vertices, arrays.tools, arrays.input, substep,
+                              launch);
+      }
       if (arrays.has_meeters) {
         kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
                                          arrays.input, substep, launch);

@@ -241,7 +241,7 @@ class CudaBackend final : public Backend {
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
-    if (data.custom.empty() &&
+    if (data.custom.empty() && !data.has_grips() &&
         (wanted == DeviceStrategy::cluster ||
          (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages())))) {
       sweeps_ = make_cluster_sweeps(data);
@@ -310,6 +310,9 @@ class CudaBackend final : public Backend {
     }
     if ((strategy_ == DeviceStrategy::cluster || strategy_ == DeviceStrategy::cooperative) &&
         !data.custom.empty()) {  // which no kernel of all sweeps projects
+      is_planned_ = false;
+    }
+    if (strategy_ == DeviceStrategy::cluster && data.has_grips()) {  // likewise
       is_planned_ = false;
     }
     if (!is_planned_) {
@@ -433,9 +436,9 @@ class CudaBackend final : public Backend {
                     {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
                      has_cluster ? std::span<const Stage>() : plan_.open_stages(),
                      tools_.has_pushers(), tools_.has_attachments(), tools_.has_meeters(),
-                     vertices_.arrays(), data.part.division.sweeps, has_stiff_links(data.plan),
-                     free_pieces_.arrays(), coarse_.arrays(), has_cluster ? 0 : plan_.revision(),
-                     fillings_.arrays(), fillings_.revision()},
+                     tools_.has_grips(), vertices_.arrays(), data.part.division.sweeps,
+                     has_stiff_links(data.plan), free_pieces_.arrays(), coarse_.arrays(),
+                     has_cluster ? 0 : plan_.revision(), fillings_.arrays(), fillings_.revision()},
                     {sums_.get(), wrenches_.get(), watched_.get(), watched_places_.get()},
                     step_program(data.options, data.part.division),
                     changes_lengths};

@@ -18,8 +18,8 @@ class Enqueuer {
 
   void run(StepOperation operation, Index substep) {
     const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments,
-                 has_meeters, vertices, sweep_count, has_stiff_links, free_pieces, coarse,
-                 stages_revision, fillings, fillings_revision] = step_.arrays;
+                 has_meeters, has_grips, vertices, sweep_count, has_stiff_links, free_pieces,
+                 coarse, stages_revision, fillings, fillings_revision] = step_.arrays;
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {
@@ -60,6 +60,9 @@ class Enqueuer {
         }
         if (has_meeters) {
           kernels.find_surface_contacts(state, tools, input, substep, has_pushers, launch_);
+        }
+        if (has_grips) {
+          kernels.begin_grips(state, input, substep, vertices.block_count > 0, launch_);
         }
         break;
       case StepOperation::gather_holds:
@@ -120,9 +123,10 @@ class Enqueuer {
           kernels.collect_forces(state, tools, input, substep, launch_);
         }
         if (has_meeters) {
-          kernels.remember_surface_contacts(state, tools, input, substep,
-                                            substep + 1 == step_.program.division.substeps,
-                                            launch_);
+          kernels.remember_surface_contacts(state, tools, input, substep, tells(substep), launch_);
+        }
+        if (has_grips) {
+          kernels.end_grips(state, tools, input, substep, tells(substep), launch_);
         }
         break;
     }
@@ -146,6 +150,10 @@ class Enqueuer {
   }
 
  private:
+  [[nodiscard]] bool tells(Index substep) const {
+    return substep + 1 == step_.program.division.substeps;
+  }
+
   void settle_holds(Index substep) {
     const SweepArrays& arrays = step_.arrays;
     const bool is_pulled_last = arrays.has_stiff_links || !arrays.fillings.empty();
@@ -157,6 +165,10 @@ class Enqueuer {
         step_.kernels->solve_vertices(stage, {substep, 1, true, true}, arrays.state,
                                       arrays.vertices, arrays.tools, arrays.input, launch_);
       }
+    }
+    if (arrays.has_grips) {
+      step_.kernels->answer_grips(arrays.state, arrays.vertices, arrays.tools, arrays.input,
+                                  substep, launch_);
     }
   }
 

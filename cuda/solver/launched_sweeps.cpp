@@ -40,6 +40,10 @@ class LaunchedSweeps final : public Sweeps {
                                  arrays.input, is_first && !moves_vertices(options_), launch);
       }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
+        if (arrays.has_grips) {
+          kernels_.answer_grips(arrays.state, arrays.vertices, arrays.tools, arrays.input, substep,
+                                launch);
+        }
         if (arrays.has_meeters) {
           kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
                                            arrays.input, substep, launch);
@@ -48,6 +52,9 @@ class LaunchedSweeps final : public Sweeps {
           correct(arrays, launch);
         }
         continue;
+      }
+      if (arrays.has_grips) {
+        kernels_.project_grips(arrays.state, arrays.input, substep, launch);
       }
       if (arrays.has_attachments) {
         kernels_.project_attachments(arrays.state, arrays.tools, arrays.input, substep, is_first,

@@ -47,8 +47,9 @@ inline constexpr Index kBlockThreads = 64;
 
 /// How much of a step of the vertex-block method one kernel takes.
 enum class Reach : std::uint8_t {
-  substep,       ///< its sweeps
-  held_substep,  ///< likewise, with what tools do in them
+  substep,          ///< its sweeps
+  held_substep,     ///< likewise, with what tools do in them
+  gripped_substep,  ///< and jaws that hold with a limit
   step,  ///< StepInput::substep_count substeps, from the state at the start to that at the end
 };
 
@@ -111,6 +112,12 @@ struct StepKernels {
   void (*answer_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
                                   StepInput*, Index substep, const Launch&);
   /// After all sweeps: for the next substep and, if it tells, for the host.
+  void (*begin_grips)(const DeviceState&, StepInput*, Index substep, bool slides, const Launch&);
+  void (*answer_grips)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
+                       Index substep, const Launch&);
+  void (*project_grips)(const DeviceState&, StepInput*, Index substep, const Launch&);
+  void (*end_grips)(const DeviceState&, const ToolArrays&, StepInput*, Index substep, bool tells,
+                    const Launch&);
   void (*remember_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*,
                                     Index substep, bool tells, const Launch&);
   /// See ease_contacts().

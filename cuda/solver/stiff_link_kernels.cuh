@@ -26,8 +26,32 @@ __device__ inline void store_end(const LinkEnds& ends, Index place, const LooseE
   store_particle(ends.shears + place, {give.xy, give.xz, give.yz}, 0);
 }
 
-/// Of a vertex whose rows kVertexParts threads share, neighbours in a warp: all of them call this,
-/// and each has what they find.
+/// The energy of a vertex, by its inertia and its neighbours. kVertexParts threads share its rows,
+/// neighbours in a warp: all of them call this, and each has what they find.
+/// @param block   that has it
+/// @param access  to its lane: see LaneAccess
+/// @param place   of a vertex that is not lost
+/// @param part    of this thread
+template <class Access>
+__device__ VertexEnergy<float> energy_of(const DeviceState& state, const VertexArrays& vertices,
+                                         const StepInput* input, Index block, const Access& access,
+                                         Index place, Index part) {
+  const Particle p = load_particle(state.displacements + place);
+  VertexEnergy<float> start;
+  start.add_pull(input->substep.inverse_dt_squared / p.w,
+                 position_of(load_particle(state.flights + place)) - position_of(p));
+  const VertexRows rows = rows_of(vertices);
+  const VertexBlock ranges = load_ranges<true>(vertices.blocks + block);
+  VertexEnergy<float> energy{};
+  if (part == 0) {
+    energy = start;
+  }
+  add_rows(rows, ranges, access, energy, {part, kVertexParts});
+  add_up<kVertexParts>(energy, mask_of_parts<kVertexParts>());
+  return finite_energy(rows, ranges, access, start, energy);
+}
+
+/// How such a vertex gives way, likewise.
 /// @tparam kRowsChange  see DeviceLane
 /// @param part          of this thread
 template <bool kRowsChange>
@@ -43,27 +67,17 @@ __device__ LooseEnd<float> find_loose_end(const DeviceState& state, const Vertex
   if (block_lane == kInvalidIndex || !(p.w > 0)) {
     return {};
   }
-  const Vec3<float> u = position_of(p);
-  VertexEnergy<float> start;
-  start.add_pull(input->substep.inverse_dt_squared / p.w,
-                 position_of(load_particle(state.flights + place)) - u);
-  const VertexRows rows = rows_of(vertices);
-  const VertexBlock block = load_ranges<true>(vertices.blocks + block_lane / kBlockLanes);
+  const HeldVertex<true> held{
+      state,
+      tools,
+      input,
+      substep,
+      place,
+      has_tools ? __ldcg(vertices.holds + block_lane) : kInvalidIndex,
+      {position_of(load_particle(state.particles + place)), position_of(p)}};
   const DeviceLane<kRowsChange> access{state.fixed_points, point, block_lane % kBlockLanes};
-  VertexEnergy<float> energy{};
-  if (part == 0) {
-    energy = start;
-  }
-  add_rows(rows, block, access, energy, {part, kVertexParts});
-  add_up<kVertexParts>(energy, mask_of_parts<kVertexParts>());
-  const HeldVertex held{tools,
-                        input,
-                        substep,
-                        place,
-                        state.capacity,
-                        has_tools ? __ldcg(vertices.holds + block_lane) : kInvalidIndex,
-                        {position_of(load_particle(state.particles + place)), u}};
-  return pbdsurg::find_loose_end(finite_energy(rows, block, access, start, energy), held);
+  return pbdsurg::find_loose_end(
+      energy_of(state, vertices, input, block_lane / kBlockLanes, access, place, part), held);
 }
 
 /// Both ends of all records, kVertexParts threads each; those with the same end write the same

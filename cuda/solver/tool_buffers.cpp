@@ -14,6 +14,7 @@
 #include "cuda/solver/longest_wait.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
@@ -22,35 +23,57 @@ namespace pbdsurg::cuda {
 
 ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const CopyState& copy) {
   struct Hold {
-    Index place, color, attachment;
+    Index place, turn, entry;
   };
   CopyTools tools;
   std::vector<Hold> holds;
-  for (std::size_t t = 0; t < copy.tools.size(); ++t) {
+  const auto add_hold = [&](Index vertex, Index entry) {
+    holds.push_back({data.place_of_vertex[vertex], static_cast<Index>(holds.size()), entry});
+  };
+  for (const ToolState& tool : copy.tools) {
+    tools.attachment_count += static_cast<Index>(tool.attachments.size());
+  }
+  Index attachment = 0;
+  for (Index t = 0; t < static_cast<Index>(copy.tools.size()); ++t) {
     const ToolState& tool = copy.tools[t];
-    if (is_meeter(tool)) {
-      tools.meeters.push_back(static_cast<Index>(t));
+    if (is_meeter(copy, t)) {
+      tools.meeters.push_back(t);
       tools.has_springs = tools.has_springs || tool.is_coupled();
       tools.swept_count += static_cast<Index>(tool.capsules.size());
       tools.half_space_count += static_cast<Index>(tool.half_spaces.size());
     }
-    if (is_pusher(tool)) {
+    if (is_pusher(copy, t)) {
       ++tools.pusher_count;
       tools.capsule_count += static_cast<Index>(tool.capsules.size());
     }
-    for (const Attachment& attachment : tool.attachments) {
-      holds.push_back({data.place_of_vertex[attachment.vertex], attachment.color,
-                       static_cast<Index>(holds.size())});
+    for (const Attachment& held : tool.attachments) {
+      add_hold(held.vertex, attachment++);
     }
+    if (tool.grip.points.empty()) {
+      continue;
+    }
+    const auto grip = static_cast<Index>(tools.grips.size());
+    tools.grips.push_back(t);
+    for (const GripPoint& point : tool.grip.points) {
+      // projections draw points, vertex blocks the vertices of these
+      for (int k = 0; moves_vertices(data.options) && k < corner_count(point.at); ++k) {
+        if (point.at.weights[k] > 0) {
+          add_hold(point.at.vertices[k],
+                   tools.attachment_count + static_cast<Index>(tools.grip_holds.size()));
+          tools.grip_holds.push_back({grip, tools.grip_point_count, k});
+        }
+      }
+      ++tools.grip_point_count;
+    }
+    tools.grip_corner_count += static_cast<Index>(tool.grip.corners.size());
   }
-  tools.attachment_count = static_cast<Index>(holds.size());
-  std::ranges::sort(holds, {}, [](const Hold& hold) { return std::tie(hold.place, hold.color); });
+  std::ranges::sort(holds, {}, [](const Hold& hold) { return std::tie(hold.place, hold.turn); });
   for (const Hold& hold : holds) {
     if (tools.held.empty() || tools.held.back().place != hold.place) {
       tools.held.push_back({hold.place, static_cast<Index>(tools.held_order.size()), 0, 0});
     }
     ++tools.held.back().count;
-    tools.held_order.push_back(hold.attachment);
+    tools.held_order.push_back(hold.entry);
   }
   return tools;
 }
@@ -65,6 +88,8 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room, cudaStrea
     has_pushers_ = has_pushers_ || tools.pusher_count > 0;
     has_attachments_ = has_attachments_ || tools.attachment_count > 0;
     has_meeters_ = has_meeters_ || !tools.meeters.empty();
+    arrays_.grip_room = std::max(arrays_.grip_room, static_cast<Index>(tools.grips.size()));
+    arrays_.point_room = std::max(arrays_.point_room, tools.grip_point_count);
     has_springs_ = has_springs_ || tools.has_springs;
     meeter_room_ = std::max(meeter_room_, static_cast<Index>(tools.meeters.size()));
     half_space_room_ = std::max(half_space_room_, tools.half_space_count);
@@ -89,6 +114,10 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room, cudaStrea
              static_cast<Index>(room),
              arrays_.pusher_room,
              arrays_.attachment_room,
+             told_grips_.reserve(copy_count * static_cast<std::size_t>(arrays_.grip_room)),
+             told_points_.reserve(copy_count * static_cast<std::size_t>(arrays_.point_room)),
+             arrays_.grip_room,
+             arrays_.point_room,
              {}};
   vertex_room_ = vertex_room;
   follow_surfaces(data, stream);
@@ -121,6 +150,8 @@ std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::
   input.meeter_count = static_cast<Index>(tools.meeters.size());
   input.swept_count = tools.swept_count;
   input.half_space_count = tools.half_space_count;
+  input.grip_count = static_cast<Index>(tools.grips.size());
+  input.grip_point_count = tools.grip_point_count;
   input.tools = place(data.tools.size() * sizeof(ToolInput));
   input.wrenches = place(data.tools.size() * sizeof(Wrench));
   input.origins = place(substeps * data.tools.size() * sizeof(Vec3<float>));
@@ -130,7 +161,14 @@ std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::
       place(substeps * static_cast<std::size_t>(tools.capsule_count) * sizeof(PlacedCapsule));
   input.attachments = place(substeps * attachments * sizeof(AttachmentInput));
   input.held = place(tools.held.size() * sizeof(HeldInput));
-  input.held_order = place(attachments * sizeof(Index));
+  input.held_order = place(tools.held_order.size() * sizeof(Index));
+  input.grips = place(tools.grips.size() * sizeof(GripInput));
+  input.grip_points =
+      place(static_cast<std::size_t>(tools.grip_point_count) * sizeof(GripPointInput));
+  input.grip_corners =
+      place(static_cast<std::size_t>(tools.grip_corner_count) * sizeof(GripCornerInput));
+  input.grip_holds = place(tools.grip_holds.size() * sizeof(GripHold));
+  input.grip_poses = place(substeps * tools.grips.size() * sizeof(GripPose));
   input.meeters = place(substeps * tools.meeters.size() * sizeof(MeeterInput));
   input.swept =
       place(substeps * static_cast<std::size_t>(tools.swept_count) * sizeof(SweptCapsule));
@@ -145,16 +183,22 @@ std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::
 }
 
 // Where tools are in a substep is in the copy.
-void ToolBuffers::write_substep(const CopyState& copy, Index substep, StepInput* input) {
+void ToolBuffers::write_substep(const CopyState& copy, const CopyTools& tools, Index substep,
+                                StepInput* input) {
   PusherInput* pusher = table<PusherInput>(input, input->pushers) + substep * input->pusher_count;
   PlacedCapsule* const capsules =
       table<PlacedCapsule>(input, input->capsules) + substep * input->capsule_count;
   AttachmentInput* attachment =
       table<AttachmentInput>(input, input->attachments) + substep * input->attachment_count;
   Vec3<float>* origin = table<Vec3<float>>(input, input->origins) + substep * input->tool_count;
+  GripPose* pose = table<GripPose>(input, input->grip_poses) + substep * input->grip_count;
+  for (const Index t : tools.grips) {
+    *pose++ = grip_pose(copy.tools[t].grip, copy.tools[t].placed);
+  }
   Index capsule = 0;
-  for (const ToolState& tool : copy.tools) {
-    if (is_pusher(tool)) {
+  for (Index t = 0; t < static_cast<Index>(copy.tools.size()); ++t) {
+    const ToolState& tool = copy.tools[t];
+    if (is_pusher(copy, t)) {
       *pusher++ = {contact_box(tool.placed_capsules), capsule,
                    static_cast<Index>(tool.capsules.size())};
       for (const Capsule& placed : tool.placed_capsules) {
@@ -203,16 +247,62 @@ void ToolBuffers::write_meeters(const CopyState& copy, const CopyTools& tools, I
   }
 }
 
-void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, const StepPart& part,
+// As they are when a part of a step begins: before tools are placed in its substeps.
+void ToolBuffers::write_grips(const SolverData& data, const CopyState& copy, const CopyTools& tools,
                               StepInput* input) {
+  GripInput* grips = table<GripInput>(input, input->grips);
+  GripPointInput* const points = table<GripPointInput>(input, input->grip_points);
+  GripCornerInput* const corners = table<GripCornerInput>(input, input->grip_corners);
+  Index point_count = 0, corner_total = 0;
+  for (const Index t : tools.grips) {
+    const ToolGrip& grip = copy.tools[t].grip;
+    *grips++ = {point_count,
+                static_cast<Index>(grip.points.size()),
+                corner_total,
+                static_cast<Index>(grip.corners.size()),
+                limit_of(copy, grip),
+                compliance_of(copy, grip),
+                load(grip.slide),
+                load(grip.pull),
+                grip.slid};
+    for (const GripPoint& from : grip.points) {
+      GripPointInput& point = points[point_count++];
+      point = {{kInvalidIndex, kInvalidIndex, kInvalidIndex},
+               {from.at.weights[0], from.at.weights[1], from.at.weights[2]},
+               load(from.anchor),
+               {},
+               {},
+               load(from.force)};
+      for (int k = 0; k < corner_count(from.at); ++k) {
+        point.places[k] = data.place_of_vertex[from.at.vertices[k]];
+      }
+    }
+    for (const GripCorner& corner : grip.corners) {
+      corners[corner_total++] = {data.place_of_vertex[corner.vertex], corner.share};
+    }
+  }
+  std::ranges::copy(tools.grip_holds, table<GripHold>(input, input->grip_holds));
+}
+
+void ToolBuffers::write_tools(const SolverData& data, CopyState& copy, const CopyTools& tools,
+                              StepInput* input) {
+  const StepPart& part = data.part;
   Index pusher = 0;
   Index meeter = 0;
+  Index grip = 0;
   Index attachment = 0;
-  for (std::size_t t = 0; t < copy.tools.size(); ++t) {
+  for (ToolState& tool : copy.tools) {
+    if (part.is_first()) {
+      begin_grip(tool.grip);
+    }
+  }
+  write_grips(data, copy, tools, input);
+  for (Index t = 0; t < static_cast<Index>(copy.tools.size()); ++t) {
     const ToolState& tool = copy.tools[t];
     const auto held = static_cast<Index>(tool.attachments.size());
-    table<ToolInput>(input, input->tools)[t] = {is_pusher(tool) ? pusher++ : kInvalidIndex,
-                                                is_meeter(tool) ? meeter++ : kInvalidIndex,
+    table<ToolInput>(input, input->tools)[t] = {is_pusher(copy, t) ? pusher++ : kInvalidIndex,
+                                                is_meeter(copy, t) ? meeter++ : kInvalidIndex,
+                                                tool.grip.points.empty() ? kInvalidIndex : grip++,
                                                 attachment, held};
     table<Wrench>(input, input->wrenches)[t] =
         part.is_first() ? Wrench{} : Wrench{load(tool.force), load(tool.torque)};
@@ -220,7 +310,7 @@ void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, const Ste
   }
   for (int substep = 0; substep < part.division.substeps && !copy.tools.empty(); ++substep) {
     place_tools(copy, part.done_after(substep), part.done_after(substep - 1));
-    write_substep(copy, substep, input);
+    write_substep(copy, tools, substep, input);
     write_meeters(copy, tools, substep, input);
   }
   RememberedContact* remembered = table<RememberedContact>(input, input->remembered);
@@ -297,7 +387,7 @@ bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_b
     changes_lengths = write_lengths(data, state, header) || changes_lengths;
     header.density = state.factors.density;
     header.sums.dropped_contacts = data.part.is_first() ? 0 : before[copy].dropped_contacts;
-    write_tools(state, copies_[copy], data.part, new (inputs + copy) StepInput(header));
+    write_tools(data, state, copies_[copy], new (inputs + copy) StepInput(header));
   }
   PBDSURG_CUDA_CHECK(
       cudaMemcpyAsync(device_input_.reserve(room), inputs, size, cudaMemcpyHostToDevice, stream));
@@ -307,6 +397,22 @@ bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_b
 void ToolBuffers::take_contacts(SolverState& state) const {
   for (Index copy = 0; copy < state.copy_count() && has_meeters_; ++copy) {
     surfaces_.take_contacts(copy, copies_[copy].meeters, state.copy(copy));
+  }
+  for (Index copy = 0; copy < state.copy_count() && has_grips(); ++copy) {
+    const GripInput* told = arrays_.told_grips + copy * arrays_.grip_room;
+    const GripPointInput* point = arrays_.told_points + copy * arrays_.point_room;
+    for (const Index t : copies_[copy].grips) {
+      ToolGrip& grip = state.copy(copy).tools[t].grip;
+      grip.slide = vector_of(told->slide);
+      grip.pull = vector_of(told->pull);
+      grip.slid = told->slid;
+      ++told;
+      for (GripPoint& own : grip.points) {
+        own.anchor = vector_of(point->anchor);
+        own.force = vector_of(point->force);
+        ++point;
+      }
+    }
   }
 }
 

@@ -14,15 +14,14 @@
 
 namespace pbdsurg::cuda {
 
-/// A tool that has capsules and holds nothing pushes what it touches.
-inline bool is_pusher(const ToolState& tool) {
-  return !tool.capsules.empty() && tool.attachments.empty() && !tool.has_surface();
+/// A tool that has capsules and holds nothing pushes what it touches, unless it is a jaw of a grip.
+inline bool is_pusher(const CopyState& copy, Index tool) {
+  return copy.pushes(tool) && !copy.tools[tool].has_surface();
 }
 
 /// Likewise one that meets surfaces, which may also have half spaces.
-inline bool is_meeter(const ToolState& tool) {
-  return tool.has_surface() && tool.attachments.empty() &&
-         !(tool.capsules.empty() && tool.half_spaces.empty());
+inline bool is_meeter(const CopyState& copy, Index tool) {
+  return copy.pushes(tool) && copy.tools[tool].has_surface();
 }
 
 class ToolBuffers {
@@ -35,7 +34,7 @@ class ToolBuffers {
   /// these have changed.
   void follow_surfaces(const SolverData& data, cudaStream_t stream);
 
-  /// What tools touched when the device has done a part of a step.
+  /// What tools touched, and what became of grips, when the device has done a part of a step.
   void take_contacts(SolverState& state) const;
 
   /// Computes what the host tells about a part of a step, and enqueues its copy. No step may be at
@@ -56,6 +55,7 @@ class ToolBuffers {
   [[nodiscard]] bool has_pushers() const noexcept { return has_pushers_; }
   [[nodiscard]] bool has_attachments() const noexcept { return has_attachments_; }
   [[nodiscard]] bool has_meeters() const noexcept { return has_meeters_; }
+  [[nodiscard]] bool has_grips() const noexcept { return arrays_.grip_room > 0; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
@@ -72,6 +72,9 @@ class ToolBuffers {
     Index capsule_count = 0;  // of pushers
     Index attachment_count = 0;
     std::vector<Index> meeters;  // tools
+    std::vector<Index> grips;    // likewise
+    std::vector<GripHold> grip_holds;
+    Index grip_point_count = 0, grip_corner_count = 0;
     Index swept_count = 0, half_space_count = 0, remembered_count = 0;
     bool has_springs = false;
   };
@@ -79,11 +82,14 @@ class ToolBuffers {
   static CopyTools find_tools(const SolverData& data, const CopyState& copy);
   std::size_t lay_out(const SolverData& data, std::size_t copy, std::size_t end,
                       StepInput& input) const;
-  static void write_tools(CopyState& copy, const CopyTools& tools, const StepPart& part,
+  static void write_tools(const SolverData& data, CopyState& copy, const CopyTools& tools,
                           StepInput* input);
-  static void write_substep(const CopyState& copy, Index substep, StepInput* input);
+  static void write_substep(const CopyState& copy, const CopyTools& tools, Index substep,
+                            StepInput* input);
   static void write_meeters(const CopyState& copy, const CopyTools& tools, Index substep,
                             StepInput* input);
+  static void write_grips(const SolverData& data, const CopyState& copy, const CopyTools& tools,
+                          StepInput* input);
 
   std::vector<CopyTools> copies_;
   Index vertex_room_ = 0, meeter_room_ = 0, half_space_room_ = 0;
@@ -101,6 +107,8 @@ class ToolBuffers {
   DeviceBuffer<Vec3<float>> contact_points_;
   DeviceBuffer<Index> contact_places_, contact_counts_;
   DeviceBuffer<Vec3<float>> attachment_multipliers_;
+  PinnedBuffer<GripInput> told_grips_;
+  PinnedBuffer<GripPointInput> told_points_;
   SurfaceBuffers surfaces_;
   ToolArrays arrays_{};
 };

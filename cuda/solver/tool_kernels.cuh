@@ -33,6 +33,8 @@ __device__ inline ToolArrays of_copy(ToolArrays tools, Index place_room) {
   tools.contact_places += pushers * static_cast<std::size_t>(tools.contact_room);
   tools.contact_counts += pushers;
   tools.attachment_multipliers += copy_index() * static_cast<std::size_t>(tools.attachment_room);
+  tools.told_grips += copy_index() * static_cast<std::size_t>(tools.grip_room);
+  tools.told_points += copy_index() * static_cast<std::size_t>(tools.point_room);
   tools.surfaces = of_copy(tools.surfaces, place_room);
   return tools;
 }
@@ -311,6 +313,15 @@ __global__ void __launch_bounds__(kToolThreads)
         point = contact.point;
       };
       feel<kToolThreads>(wrench, origin, surfaces.ends[tool.meeter + 1] - first, at);
+    } else if (tool.grip != kInvalidIndex) {
+      const GripInput& grip = table<GripInput>(input, input->grips)[tool.grip];
+      const GripPointInput* const points =
+          table<GripPointInput>(input, input->grip_points) + grip.first_point;
+      const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
+        force = scale * points[i].multiplier;
+        point = points[i].target + grip.slide;
+      };
+      feel<kToolThreads>(wrench, origin, grip.point_count, at);
     } else {
       const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
                                                  of_pusher(substep, input->attachment_count) +

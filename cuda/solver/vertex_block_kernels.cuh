@@ -7,6 +7,7 @@
 
 #include <cstddef>
 
+#include "cuda/solver/grip_points.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "lib/solver/methods/vertex_kernel.h"
@@ -119,8 +120,8 @@ struct DeviceStart {
   }
 };
 
-/// What tools do at a vertex: see VertexArrays::holds.
-__device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Index place) {
+/// The index of a place's HeldInput, or kInvalidIndex.
+__device__ inline Index find_held(StepInput* input, Index place) {
   const HeldInput* const held = table<HeldInput>(input, input->held);
   Index first = 0;
   Index last = input->held_count;
@@ -132,8 +133,14 @@ __device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Ind
       last = middle;
     }
   }
-  if (first < input->held_count && held[first].place == place) {
-    return first;
+  return first < input->held_count && held[first].place == place ? first : kInvalidIndex;
+}
+
+/// What tools do at a vertex: see VertexArrays::holds.
+__device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Index place) {
+  const Index held = find_held(input, place);
+  if (held != kInvalidIndex) {
+    return held;
   }
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
     if (touches(tools, pusher, place)) {
@@ -192,10 +199,13 @@ void prepare_vertices(const DeviceState& state, const VertexArrays& vertices,
 }
 
 /// Tools at one vertex, as move_held() takes them.
+/// @tparam kGrips  whether jaws may hold with a limit; without, kernels have no code for that
+template <bool kGrips>
 struct HeldVertex {
+  const DeviceState& state;
   const ToolArrays& tools;
   StepInput* input;
-  Index substep, place, place_room;
+  Index substep, place;
   Index hold;  ///< index of its HeldInput, or kOnlyTouched
   SplitPosition position;
 
@@ -235,6 +245,12 @@ struct HeldVertex {
     const HeldInput held = load_constant(table<HeldInput>(input, input->held) + hold);
     for (Index i = held.first + held.count; i-- > held.first;) {
       const Index a = order[i];
+      if constexpr (kGrips) {
+        if (a >= input->attachment_count) {
+          visit(GripDraw(state, input, a - input->attachment_count));
+          continue;
+        }
+      }
       visit(Grasp{load_constant(attachments + a), position, tools.attachment_multipliers + a});
     }
   }
@@ -243,7 +259,8 @@ struct HeldVertex {
   __device__ void for_each_contact(const Visit& visit) const {
     for (Index pusher = input->pusher_count; pusher-- > 0;) {
       if (touches(tools, pusher, place)) {
-        const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
+        const std::size_t slot =
+            of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
         visit(Touch{tools.planes[slot], position, tools.contact_multipliers + slot});
       }
     }
@@ -254,15 +271,16 @@ struct HeldVertex {
 /// @param hold    see VertexArrays::holds
 /// @param u       m, its displacement
 /// @param energy  with that of contacts with surfaces
-__device__ inline Vec3<float> move_touched(const DeviceState& state, const ToolArrays& tools,
-                                           StepInput* input, Index substep, ParticleOffset corner,
-                                           Index hold, const Vec3<float>& u,
-                                           const VertexEnergy<float>& energy) {
+template <bool kGrips>
+__device__ Vec3<float> move_touched(const DeviceState& state, const ToolArrays& tools,
+                                    StepInput* input, Index substep, ParticleOffset corner,
+                                    Index hold, const Vec3<float>& u,
+                                    const VertexEnergy<float>& energy) {
   if (hold == kOnlySurfaces) {
     return VertexFactor<float>(energy).solve(energy.force);
   }
   const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
-  const HeldVertex held{tools, input, substep, place_at(corner), state.capacity, hold, {base, u}};
+  const HeldVertex<kGrips> held{state, tools, input, substep, place_at(corner), hold, {base, u}};
   return move_held(held, energy, 1 / input->substep.inverse_dt_squared);
 }
 
@@ -452,7 +470,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
         add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared, energy);
-        return move_touched(state, tools, input, sweep.substep, corner, hold, u, energy);
+        return move_touched<true>(state, tools, input, sweep.substep, corner, hold, u, energy);
       }
     }
     return relaxation * VertexFactor<float>(energy).solve(energy.force);
@@ -556,8 +574,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     tools = of_copy(tools, state.capacity);
     const Index hold = __ldcg(vertices.holds + index * kBlockLanes + lane);
     if (hold != kInvalidIndex) {
-      moved = u + move_touched(state, tools, input, substep, corner, hold, u,
-                               pushed_energy(flight - u, force, inverse_dt_squared / p.w));
+      moved = u + move_touched<false>(state, tools, input, substep, corner, hold, u,
+                                      pushed_energy(flight - u, force, inverse_dt_squared / p.w));
     }
   }
   if (is_finite_way(moved)) {

@@ -17,6 +17,7 @@
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/displacement.h"
 #include "lib/solver/methods/feature_meeting.h"
+#include "lib/solver/methods/grip_motion.h"
 #include "lib/solver/methods/rigid_balance.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
@@ -332,6 +333,9 @@ struct SurfaceArrays {
   bool operator==(const SurfaceArrays&) const = default;
 };
 
+struct GripInput;
+struct GripPointInput;
+
 /// What tools touch and hold. A pusher is a tool that has capsules and holds nothing, and meets
 /// vertices alone; a meeter meets surfaces. There is room for the copy that has most.
 struct ToolArrays {
@@ -346,6 +350,10 @@ struct ToolArrays {
   Index word_count;                     ///< 32 places each, of those there is room for
   Index contact_room;                   ///< the contact capacity, or all these if they are fewer
   Index pusher_room, attachment_room;
+  // of jaws that hold with a limit, what the host reads after the step; no room without such
+  GripInput* told_grips;        ///< [copy][grip_room]
+  GripPointInput* told_points;  ///< [copy][point_room]
+  Index grip_room, point_room;
   SurfaceArrays surfaces;
 
   bool operator==(const ToolArrays&) const = default;
@@ -368,6 +376,7 @@ struct StepSums {
 struct ToolInput {
   Index pusher;  ///< or kInvalidIndex
   Index meeter;  ///< likewise
+  Index grip;    ///< likewise
   Index first_attachment;
   Index attachment_count;
 };
@@ -404,8 +413,38 @@ struct alignas(16) AttachmentInput {
   float compliance;    ///< m/N
 };
 
-/// A vertex that tools hold: attachments HeldInput::first to first + count of the list of those
-/// held, in the order of their colours.
+/// Jaws that hold with a limit: see ToolGrip. The device writes what changes in a step.
+struct alignas(16) GripInput {
+  Index first_point, point_count;
+  Index first_corner, corner_count;
+  float limit;        ///< N
+  float compliance;   ///< m/N
+  Vec3<float> slide;  ///< m, of anchors in the substep
+  Vec3<float> pull;   ///< N, summed up in the step
+  float slid;         ///< m, likewise
+};
+
+/// A point that they hold: see GripPoint. Likewise.
+struct alignas(16) GripPointInput {
+  Index places[3];  ///< kInvalidIndex behind its vertices
+  float weights[3];
+  Vec3<float> anchor, target;  ///< m
+  Vec3<float> multiplier;      ///< kg m
+  Vec3<float> force;           ///< N, summed up in the step
+};
+
+struct GripCornerInput {
+  Index place;
+  float share;
+};
+
+/// A corner of a point as what holds its vertex.
+struct GripHold {
+  Index grip, point, corner;
+};
+
+/// A vertex that tools hold: HeldInput::first to first + count of the list of holds, which are
+/// attachments and, behind these, GripHolds; in the order in which hosts list them.
 struct alignas(16) HeldInput {
   Index place;
   Index first;
@@ -434,18 +473,24 @@ struct alignas(16) StepInput {
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
   Index meeter_count, swept_count, half_space_count;
-  std::uint32_t tools;        ///< ToolInput[tool]
-  std::uint32_t wrenches;     ///< Wrench[tool] summed up in the step
-  std::uint32_t origins;      ///< Vec3<float>[substep][tool] m
-  std::uint32_t pushers;      ///< PusherInput[substep][pusher]
-  std::uint32_t capsules;     ///< PlacedCapsule[substep][capsule]
-  std::uint32_t attachments;  ///< AttachmentInput[substep][attachment]
-  std::uint32_t held;         ///< HeldInput[held]
-  std::uint32_t held_order;   ///< Index[attachment]
-  std::uint32_t meeters;      ///< MeeterInput[substep][meeter]
-  std::uint32_t swept;        ///< SweptCapsule[substep][capsule of a meeter]
-  std::uint32_t half_spaces;  ///< SweptHalfSpace[substep][half space]
-  std::uint32_t remembered;   ///< RememberedContact[] of all meeters
+  Index grip_count, grip_point_count;
+  std::uint32_t tools;         ///< ToolInput[tool]
+  std::uint32_t wrenches;      ///< Wrench[tool] summed up in the step
+  std::uint32_t origins;       ///< Vec3<float>[substep][tool] m
+  std::uint32_t pushers;       ///< PusherInput[substep][pusher]
+  std::uint32_t capsules;      ///< PlacedCapsule[substep][capsule]
+  std::uint32_t attachments;   ///< AttachmentInput[substep][attachment]
+  std::uint32_t held;          ///< HeldInput[held]
+  std::uint32_t held_order;    ///< Index[hold]
+  std::uint32_t grips;         ///< GripInput[grip]
+  std::uint32_t grip_points;   ///< GripPointInput[] of all grips
+  std::uint32_t grip_corners;  ///< GripCornerInput[] of all grips
+  std::uint32_t grip_holds;    ///< GripHold[]
+  std::uint32_t grip_poses;    ///< GripPose[substep][grip]
+  std::uint32_t meeters;       ///< MeeterInput[substep][meeter]
+  std::uint32_t swept;         ///< SweptCapsule[substep][capsule of a meeter]
+  std::uint32_t half_spaces;   ///< SweptHalfSpace[substep][half space]
+  std::uint32_t remembered;    ///< RememberedContact[] of all meeters
   StepSums sums;
   // Of BDF2: those from the second substep on, which take the place of the above.
   FreeMotion<float> later_motion;

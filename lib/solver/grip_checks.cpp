@@ -70,10 +70,6 @@ void check_weights(std::size_t index, const TissuePoint& point) {
 }  // namespace
 
 void check_takes_grips(const SolverData& data) {
-  if (data.backend->keeps_state()) {
-    throw BackendUnavailable(
-        "on a device tools hold without a limit: grasp() takes vertices alone");
-  }
   if (is_explicit(data.options)) {
     throw InvalidArgument(
         "in explicit steps tools hold without a limit: grasp() takes vertices alone");

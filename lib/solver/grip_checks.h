@@ -15,8 +15,7 @@
 
 namespace pbdsurg {
 
-/// @throws BackendUnavailable  if the solver is on a device
-/// @throws InvalidArgument     if it takes explicit steps
+/// @throws InvalidArgument  if the solver takes explicit steps
 void check_takes_grips(const SolverData& data);
 
 /// @throws InvalidArgument  naming the value out of range

@@ -17,15 +17,22 @@ namespace pbdsurg {
 namespace {
 
 // m, in a tool's frame.
-std::vector<Eigen::Vector3f> places_of(const SolverData& data, const CopyState& copy,
-                                       const ToolState& tool, std::span<const TissuePoint> points) {
+std::vector<Eigen::Vector3f> places_of(SolverData& data, Index copy, const ToolState& tool,
+                                       std::span<const TissuePoint> points) {
+  std::vector<Index> vertices;
+  for (const TissuePoint& point : points) {
+    vertices.insert(vertices.end(), point.vertices.begin(),
+                    point.vertices.begin() + corner_count(point));
+  }
+  std::vector<Eigen::Vector3f> positions(vertices.size());
+  data.read_positions(copy, vertices, positions);
   const ToolPose to_tool = tool.pose.inverse();
   std::vector<Eigen::Vector3f> places;
+  auto position = positions.begin();
   for (const TissuePoint& point : points) {
     Eigen::Vector3f x = Eigen::Vector3f::Zero();
     for (int k = 0; k < corner_count(point); ++k) {
-      const Particle& p = copy.particles[data.place_of_vertex[point.vertices[k]]];
-      x += point.weights[k] * vector_of(load(p));
+      x += point.weights[k] * *position++;
     }
     places.push_back(to_tool * x);
   }
@@ -49,6 +56,7 @@ void shut(SolverData& data, Index copy, ToolId tool, const Grip& limits,
   grip.torn.reserve(grip.corners.size());
   data.copy(copy).tools[tool].grip = std::move(grip);
   data.forget_releases(copy, tool);
+  data.changes.tools = true;
   data.rebuild_plan();
 }
 
@@ -82,7 +90,7 @@ void Solver::grasp(ToolId tool, std::span<const TissuePoint> points, const Grip&
   check_is_rigid(state, tool);
   check_points(tissue(), points);
   data_->finish_running_step();
-  const std::vector<Eigen::Vector3f> places = places_of(*data_, owner, state, points);
+  const std::vector<Eigen::Vector3f> places = places_of(*data_, copy, state, points);
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (!is_on_pad(grip.pad, places[i])) {
       throw InvalidArgument("point " + std::to_string(i) + " is at " +
@@ -123,7 +131,7 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
   for (std::size_t jaw = 0; jaw < (is_one_tool ? 1 : 2); ++jaw) {
     for (const ToolContact& contact : tool_contacts(jaws[jaw], copy)) {
       const TissuePoint point{contact.vertices, contact.weights};
-      const Eigen::Vector3f place = places_of(*data_, owner, state, {&point, 1}).front();
+      const Eigen::Vector3f place = places_of(*data_, copy, state, {&point, 1}).front();
       if (!(contact.force.squaredNorm() > 0) || !is_on_pad(grip.pad, place)) {
         continue;
       }
@@ -138,7 +146,7 @@ std::size_t Solver::close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Gr
     }
   }
   const float pinch = std::min(std::abs(forces[0]), std::abs(forces[1]));
-  const std::vector<Eigen::Vector3f> places = places_of(*data_, owner, state, points);
+  const std::vector<Eigen::Vector3f> places = places_of(*data_, copy, state, points);
   if (!(pinch >= kLeastPinch) || !can_be_held(places)) {
     return 0;
   }

@@ -569,9 +569,41 @@ TEST_CASE("grip: what cannot be held is refused") {
   Solver explicit_solver(slab.scene, {.method = SolverMethod::explicit_steps});
   const ToolId other = explicit_solver.add_tool({}, HeldSlab::pose());
   check_refused([&] { explicit_solver.grasp(other, slab.points(), good); }, "in explicit steps");
-  Solver device(slab.scene, {.executor = testing::fake_device()});
-  const ToolId far = device.add_tool({}, HeldSlab::pose());
-  CHECK_THROWS_AS(device.grasp(far, slab.points(), good), BackendUnavailable);
+}
+
+// Would catch a grip that a device is not told of, goes on with once it has torn, or tells too late
+// of.
+TEST_CASE("grip: a backend that keeps the state holds, slips and tears alike") {
+  const SolverMethod method = any_sweeping_method();
+  const HeldSlab slab;
+  Solver solver(slab.scene, {.method = method, .executor = executor::serial()});
+  Solver device(slab.scene, {.method = method, .executor = testing::fake_device()});
+  Grip grip = HeldSlab::grip(0.05F);
+  grip.tear_strength = 20;
+  const ToolId tool = grasp_slab(solver, slab, grip);
+  grasp_slab(device, slab, grip);
+  const auto compare = [&] {
+    const GripReport expected = solver.tool_grip(tool), found = device.tool_grip(tool);
+    REQUIRE(found.state == expected.state);
+    CHECK(found.pull == expected.pull);
+    REQUIRE(found.points.size() == expected.points.size());
+    CHECK(device.state_hash() == solver.state_hash());
+  };
+  const auto pull_both = [&](float time) {
+    pull(solver, tool, time, [] {});
+    pull(device, tool, time, [] {});
+    compare();
+  };
+  pull_both(0.1F);
+  CHECK(solver.tool_grip(tool).state == GripState::slipping);
+  solver.set_clamp_force(tool, 5);
+  device.set_clamp_force(tool, 5);
+  for (int i = 0; i < 10 && solver.tool_grip(tool).state != GripState::torn; ++i) {
+    pull_both(0.05F);
+  }
+  CHECK(device.tool_grip(tool).state == GripState::torn);
+  CHECK(device.lost_grips() == solver.lost_grips());
+  pull_both(kUsualStep);
 }
 
 }  // namespace pbdsurg

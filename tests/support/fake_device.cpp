@@ -137,6 +137,7 @@ void FakeDevice::start_step(SolverData& data) {
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
       own_.copy(i).tools[t].joints = data.copy(i).tools[t].joints;
       own_.copy(i).tools[t].remembered = data.copy(i).tools[t].remembered;
+      own_.copy(i).tools[t].grip = data.copy(i).tools[t].grip;
     }
   }
   own_.part = data.part;
@@ -171,6 +172,7 @@ StepReport FakeDevice::finish_step(SolverState& data) {
       tool.torque = own.torque;
       tool.surface_contacts = own.surface_contacts;
       tool.remembered = own.remembered;
+      tool.grip = own.grip;
     }
     copy.last_report = own_.copy(i).last_report;
     read_positions(data, i, watched_, copy.watched_positions);

@@ -409,10 +409,9 @@ class PBDSURG_API Solver {
   /// @param points  [n] on vertices, edges and faces, as they are now; their places in the tool's
   ///                frame are on the pad, and three of them not on a line. One on tissue that is
   ///                fixed pulls back, too.
-  /// @throws InvalidArgument     naming the tool, point or value out of range, or if the tool holds
-  ///                             something or is coupled by a spring, or in explicit steps; then
-  ///                             nothing is grasped
-  /// @throws BackendUnavailable  on a device
+  /// @throws InvalidArgument  naming the tool, point or value out of range, or if the tool holds
+  ///                          something or is coupled by a spring, or in explicit steps; then
+  ///                          nothing is grasped
   void grasp(ToolId tool, std::span<const TissuePoint> points, const Grip& grip, Index copy = 0);
 
   /// Likewise what two jaws pressed in the last step, where it is on the pad: all their contacts
@@ -422,9 +421,8 @@ class PBDSURG_API Solver {
   ///              is one or the other by its side
   /// @return      how many points there are: 0, and nothing is grasped, if a jaw presses with less
   ///              than kLeastPinch across the pad, or no three points are off a line
-  /// @throws InvalidArgument     as above, and naming the jaw without a surface, or that is both
-  ///                             without a joint
-  /// @throws BackendUnavailable  on a device
+  /// @throws InvalidArgument  as above, and naming the jaw without a surface, or that is both
+  ///                          without a joint
   std::size_t close_jaws(ToolId tool, std::array<ToolId, 2> jaws, const Grip& grip, Index copy = 0);
 
   /// Lets jaws press harder or less.

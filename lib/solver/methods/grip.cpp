@@ -17,22 +17,7 @@ namespace {
 using Vector = Vec3<float>;
 
 Vector along_pad(const ToolGrip& grip, const Vector& v) {
-  const Vector normal = load(grip.normal);
-  return v - dot(normal, v) * normal;
-}
-
-float length(const Vector& v) {
-  return std::sqrt(dot(v, v));
-}
-
-// N, as a substep takes it: see substep_numbers().
-float limit_of(const CopyState& copy, const ToolGrip& grip) {
-  return 2 * grip.limits.friction * grip.limits.clamp_force / copy.factors.stiffness;
-}
-
-// By how much of it a vector is longer than a limit.
-float excess_of(float size, float limit) {
-  return size > limit ? 1 - limit / size : 0.0F;
+  return pbdsurg::along_pad(load(grip.normal), v);
 }
 
 // Draws points to their anchors by the masses of their vertices, then takes off what of the pull is
@@ -64,8 +49,7 @@ class Projection {
       yield += weight * weight * vertices_.moving[place_of(point.at.vertices[k])].w;
     }
     const Vector before = load(point.multiplier);
-    const Vector change =
-        (1 / (yield + alpha_)) * (way_to_jaws(step_, grip_, point) - alpha_ * before);
+    const Vector change = draw_of(way_to_jaws(step_, grip_, point), before, yield, alpha_);
     if (!is_finite_way(change)) {
       return;
     }
@@ -85,20 +69,17 @@ class Projection {
     for (const GripPoint& point : grip_.points) {
       pull = pull + load(point.multiplier);
     }
-    const Vector slid = load(grip_.slide);
-    const Vector trial = along_pad(grip_, pull) - (1 / yield) * slid;
-    const Vector now = (-yield * excess_of(length(trial), limit_)) * trial;
-    const Vector push = (1 / yield) * (now - slid);
-    if (!is_finite_way(push) || !(dot(push, push) > 0)) {
+    const GripSlide next(along_pad(grip_, pull), load(grip_.slide), yield, limit_);
+    if (!next.moves()) {
       return;
     }
-    grip_.slide = vector_of(now);
+    grip_.slide = vector_of(next.slide);
     for (GripPoint& point : grip_.points) {
-      point.multiplier += vector_of((1 / count_) * push);
+      point.multiplier += vector_of((1 / count_) * next.push);
     }
     for (const GripCorner& corner : grip_.corners) {
       const Index place = place_of(corner.vertex);
-      go_on(step_, vertices_, place, (corner.share * vertices_.moving[place].w) * push);
+      go_on(step_, vertices_, place, (corner.share * vertices_.moving[place].w) * next.push);
     }
   }
 
@@ -121,15 +102,12 @@ class Patch {
         reach_(limit_ * compliance_of(step.copy, grip) / static_cast<float>(grip.points.size())) {}
 
   // Anchors slide to where the pull is at the limit, if it is beyond.
-  void slide() {
-    const Vector mean = mean_way();
-    grip_.slide = vector_of(-excess_of(length(mean), reach_) * mean);
-  }
+  void slide() { grip_.slide = vector_of(slide_within(mean_way(), reach_)); }
 
   // Vertices follow while anchors slide.
   void push(const Substep<float>& lengths) {
     const Vector mean = mean_way();
-    const float size = length(mean);
+    const float size = length_of(mean);
     if (!(excess_of(size, reach_) > 0)) {
       return;
     }
@@ -265,10 +243,23 @@ void place_grip(ToolGrip& grip, const ToolPose& pose) {
   grip.normal = pose.linear() * grip.limits.pad.normal;
   grip.slid_before = !grip.slide.isZero(0);
   grip.slide.setZero();
+  const GripPose placed = grip_pose(grip, pose);
   for (GripPoint& point : grip.points) {
-    point.target = pose * point.anchor;
+    point.target = vector_of(placed.place(load(point.anchor)));
     point.multiplier.setZero();
   }
+}
+
+GripPose grip_pose(const ToolGrip& grip, const ToolPose& pose) {
+  const Eigen::Matrix3f& turn = pose.linear();
+  return {{load(Eigen::Vector3f(turn.row(0))), load(Eigen::Vector3f(turn.row(1))),
+           load(Eigen::Vector3f(turn.row(2)))},
+          load(Eigen::Vector3f(pose.translation())),
+          load(grip.normal)};
+}
+
+float limit_of(const CopyState& copy, const ToolGrip& grip) noexcept {
+  return 2 * grip.limits.friction * grip.limits.clamp_force / copy.factors.stiffness;
 }
 
 float compliance_of(const CopyState& copy, const ToolGrip& grip) noexcept {
@@ -310,16 +301,17 @@ void answer_grips(const StepContext& step, const Substep<float>& lengths) {
 
 void collect_grip(ToolState& tool, float scale) {
   ToolGrip& grip = tool.grip;
+  const Vector slid = grip_pose(grip, tool.placed).in_frame(load(grip.slide));
   Vector sum;
   for (GripPoint& point : grip.points) {
     const Eigen::Vector3f force = scale * point.multiplier;
     feel(force, point.target + grip.slide, tool);
     point.force += force;
     sum = sum + load(force);
-    point.anchor += tool.placed.linear().transpose() * grip.slide;
+    point.anchor += vector_of(slid);
   }
   grip.pull += vector_of(along_pad(grip, sum));
-  grip.slid += grip.slide.norm();
+  grip.slid += length_of(load(grip.slide));
 }
 
 void end_grips(SolverData& data) {
@@ -334,6 +326,7 @@ void end_grips(SolverData& data) {
     }
   }
   if (lets_go) {
+    data.changes.tools = true;
     data.rebuild_plan();
   }
 }

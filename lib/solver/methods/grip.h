@@ -17,6 +17,7 @@
 
 #include "pbdsurg/constraints/projection.h"
 
+#include "lib/solver/methods/grip_motion.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -27,6 +28,12 @@ void begin_grip(ToolGrip& grip);
 
 /// Puts targets where the tool is in a substep.
 void place_grip(ToolGrip& grip, const ToolPose& pose);
+
+/// @param pose  of its tool in a substep, for which it has been placed
+[[nodiscard]] GripPose grip_pose(const ToolGrip& grip, const ToolPose& pose);
+
+/// N, the most that jaws rub with, as a substep takes it: see substep_numbers().
+[[nodiscard]] float limit_of(const CopyState& copy, const ToolGrip& grip) noexcept;
 
 /// m/N, of each point of a grip, as a substep takes it: see substep_numbers().
 [[nodiscard]] float compliance_of(const CopyState& copy, const ToolGrip& grip) noexcept;

@@ -111,7 +111,9 @@ struct SolverData::Followers {
   }
 };
 
-SolverData::SolverData() : followers_(std::make_unique<Followers>(*this)) {}
+SolverData::SolverData() : followers_(std::make_unique<Followers>(*this)) {
+  end_step = [](SolverState& data) { end_grips(static_cast<SolverData&>(data)); };
+}
 SolverData::~SolverData() = default;
 
 void SolverData::follow_tissue(SolverData* before) {

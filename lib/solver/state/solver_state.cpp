@@ -41,6 +41,9 @@ void SolverState::finish_running_step() {
     report = backend->finish_step(*this);
   }
   step_in_flight = Step::finished;
+  if (backend->keeps_state() && end_step != nullptr) {
+    end_step(*this);
+  }
 }
 
 bool SolverState::has_grips() const noexcept {

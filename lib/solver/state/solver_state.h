@@ -124,6 +124,8 @@ struct SolverState : CopyState {
   // between steps
   enum class Step { none, running, finished };  // finished: its report was not asked for yet
   Step step_in_flight = Step::none;
+  // What follows a step that a device has done.
+  void (*end_step)(SolverState& data) = nullptr;
   StepReport report;                  // of a finished step
   float step_length = 0;              // s, of the step begun last
   Index steps_since_convergence = 0;  // was measured

@@ -296,6 +296,7 @@ void StateFollower::release_dead_points(const Tissue& tissue) {
       }
       if (points.size() != before) {
         tools[t].grip.find_corners();
+        state_.changes.tools = true;
       }
     }
   }
@@ -309,6 +310,7 @@ void StateFollower::hold_again() {
     const std::size_t entry = std::min(release.entry, grip.points.size());
     grip.points.insert(grip.points.begin() + static_cast<std::ptrdiff_t>(entry), release.point);
     grip.find_corners();
+    state_.changes.tools = true;
   }
 }
 
@@ -406,6 +408,7 @@ bool StateFollower::release_from(Index vertex) {
       });
       if (gone > 0) {
         tool.grip.find_corners();
+        state_.changes.tools = true;
         lets_go = true;
       }
     }
