@@ -572,7 +572,7 @@ TEST_CASE("grip: what cannot be held is refused") {
 }
 
 // Would catch a grip that a device is not told of, goes on with once it has torn, or tells too late
-// of.
+// of: also where an edit takes a point while a step runs.
 TEST_CASE("grip: a backend that keeps the state holds, slips and tears alike") {
   const SolverMethod method = any_sweeping_method();
   const HeldSlab slab;
@@ -596,6 +596,15 @@ TEST_CASE("grip: a backend that keeps the state holds, slips and tears alike") {
   };
   pull_both(0.1F);
   CHECK(solver.tool_grip(tool).state == GripState::slipping);
+  TopologyEdit edit;
+  const auto tets = solver.tissue().tets_at(slab.held().back());
+  edit.remove_tets.assign(tets.begin(), tets.end());
+  solver.step(kUsualStep);
+  solver.tissue().apply(edit);
+  device.start_step(kUsualStep);
+  device.tissue().apply(edit);
+  static_cast<void>(device.finish_step());
+  compare();
   solver.set_clamp_force(tool, 5);
   device.set_clamp_force(tool, 5);
   for (int i = 0; i < 10 && solver.tool_grip(tool).state != GripState::torn; ++i) {

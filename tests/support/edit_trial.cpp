@@ -123,6 +123,9 @@ std::string EditTrial::try_bad_edit(Choices& choices) {
   } else {
     spoil(solver_, choices, edit);
   }
+  if (inspect(solver_).has_grips()) {  // which a step may end, for which edits wait
+    static_cast<void>(solver_.lost_grips());
+  }
   const std::uint64_t before = digest_of(inspect(solver_));
   try {
     solver_.tissue().apply(edit);

@@ -149,7 +149,7 @@ void RandomTouches::let_bodies_meet(Choices& choices, Solver& solver, Solver* tw
 // Or lets go. Points may be on a line, which holds nothing.
 void RandomTouches::grasp(Choices& choices, Solver& solver, Solver* twin) {
   const std::vector<Index> vertices = pick_some(vertices_with_tissue_of(solver), 6, choices);
-  if (!is_on_host(solver) || vertices.empty()) {
+  if (vertices.empty()) {
     return;
   }
   if (!grippers_.empty()) {

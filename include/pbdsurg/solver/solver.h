@@ -495,8 +495,9 @@ class PBDSURG_API Solver {
   /// What all copies are made of. Its edits between two steps change the solver, those between
   /// start_step() and finish_step() change the next step, with the same bits as after
   /// finish_step(). Only these wait for the step that runs: Tissue::undo(), an edit that brings,
-  /// fixes or unfixes vertices, followers that read the state, and on a device an edit that stops
-  /// more vertices, counted in all copies, than 1024 and than any edit before.
+  /// fixes or unfixes vertices, any edit while jaws hold with a limit, followers that read the
+  /// state, and on a device an edit that stops more vertices, counted in all copies, than 1024 and
+  /// than any edit before.
   ///
   /// Constraints stay validly coloured: what is added takes a colour that is free at its vertices,
   /// or a new one; phases without a constraint leave the plan. A body that comes in is coloured by

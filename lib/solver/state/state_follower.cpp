@@ -58,7 +58,7 @@ void StateFollower::validate(const Tissue& tissue, const TopologyEdit& edit) con
                           "; a solver takes " + std::to_string(kMostParticles) + " at most");
   }
   if (edit.new_vertices.empty() && edit.new_bodies.bodies().empty() && edit.fix_vertices.empty() &&
-      edit.unfix_vertices.empty()) {
+      edit.unfix_vertices.empty() && !state_.has_grips()) {
     return;  // all else leaves a step that runs alone
   }
   std::pmr::vector<Index> read(state_.scratch.get());
