@@ -279,6 +279,7 @@ struct alignas(16) ContactKey {
 /// A place and a hold there, in one number.
 using HoldKey = std::uint64_t;
 
+/// The holds of a place, within SurfaceArrays::holds.
 struct alignas(8) HoldRange {
   Index first = 0, count = 0;
 };
