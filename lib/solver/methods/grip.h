@@ -15,6 +15,7 @@
 /// At the end of the substep anchors have slid in the tool's frame. This is return mapping of
 /// perfect plasticity (Simo and Hughes 1998, 3.3), with the patch of points as one element.
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/constraints/projection.h"
 
 #include "lib/solver/methods/grip_motion.h"
@@ -24,19 +25,19 @@
 namespace pbdsurg {
 
 /// Clears what a step sums up.
-void begin_grip(ToolGrip& grip);
+PBDSURG_API void begin_grip(ToolGrip& grip);
 
 /// Puts targets where the tool is in a substep.
 void place_grip(ToolGrip& grip, const ToolPose& pose);
 
 /// @param pose  of its tool in a substep, for which it has been placed
-[[nodiscard]] GripPose grip_pose(const ToolGrip& grip, const ToolPose& pose);
+[[nodiscard]] PBDSURG_API GripPose grip_pose(const ToolGrip& grip, const ToolPose& pose);
 
 /// N, the most that jaws rub with, as a substep takes it: see substep_numbers().
-[[nodiscard]] float limit_of(const CopyState& copy, const ToolGrip& grip) noexcept;
+[[nodiscard]] PBDSURG_API float limit_of(const CopyState& copy, const ToolGrip& grip) noexcept;
 
 /// m/N, of each point of a grip, as a substep takes it: see substep_numbers().
-[[nodiscard]] float compliance_of(const CopyState& copy, const ToolGrip& grip) noexcept;
+[[nodiscard]] PBDSURG_API float compliance_of(const CopyState& copy, const ToolGrip& grip) noexcept;
 
 /// m, from where a point is now to where jaws want it.
 [[nodiscard]] Vec3<float> way_to_jaws(const StepContext& step, const ToolGrip& grip,

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/grip.h"
 #include "pbdsurg/tissue/tissue.h"
@@ -69,7 +70,7 @@ struct ToolGrip {
 };
 
 /// How many vertices a point has.
-[[nodiscard]] int corner_count(const TissuePoint& point) noexcept;
+[[nodiscard]] PBDSURG_API int corner_count(const TissuePoint& point) noexcept;
 
 /// Whether the vertices of a point are those of living tissue: a vertex, an edge or a face of a
 /// tetrahedron, or an edge or all of a triangle of a sheet.

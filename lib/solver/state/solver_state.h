@@ -99,7 +99,7 @@ struct CopyState {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   /// Whether a tool pushes tissue: it does not while its jaws are shut around some.
-  [[nodiscard]] bool pushes(Index tool) const noexcept;
+  [[nodiscard]] PBDSURG_API bool pushes(Index tool) const noexcept;
 
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
   /// same vertex. Cost: O(held vertices).
@@ -155,7 +155,7 @@ struct SolverState : CopyState {
           std::pmr::pool_options{.largest_required_pool_block = std::size_t{1} << 20});
 
   /// Whether jaws hold something with a limit, in any copy.
-  [[nodiscard]] bool has_grips() const noexcept;
+  [[nodiscard]] PBDSURG_API bool has_grips() const noexcept;
 
   [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
   [[nodiscard]] CopyState& copy(Index index) { return index == 0 ? *this : others[index - 1]; }
