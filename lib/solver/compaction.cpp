@@ -44,11 +44,23 @@ void renumber(std::vector<RememberedContact>& contacts, const std::vector<Index>
 // @param places  as above
 void renumber(std::vector<RememberedTouch>& touches, const std::vector<Index>& places,
               const std::vector<Index>& bodies) {
-  for (RememberedTouch& touch : touches) {
-    touch.slot = {places[touch.slot.place], bodies[touch.slot.body]};
-  }
-  std::erase_if(touches, [](const RememberedTouch& touch) {
-    return touch.slot.place == kInvalidIndex || touch.slot.body == kInvalidIndex;
+  std::erase_if(touches, [&](RememberedTouch& touch) {
+    TouchSlot& slot = touch.slot;
+    slot.place = places[slot.place];
+    bool is_lost = slot.place == kInvalidIndex;
+    if (slot.has_edges()) {
+      for (Index& end : slot.edges) {
+        end = places[end];
+        is_lost = is_lost || end == kInvalidIndex;
+      }
+    } else {
+      slot.body = bodies[slot.body];
+      is_lost = is_lost || slot.body == kInvalidIndex;
+    }
+    if (!is_lost) {
+      touch.sort_edges();
+    }
+    return is_lost;
   });
   std::ranges::sort(touches, {}, &RememberedTouch::slot);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contact of a solver's bodies with each other.
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -49,18 +50,20 @@ std::vector<BodyContact> Solver::body_contacts(Index copy) const {
     const TissueTouch& touch = touches.contacts[c];
     const RememberedTouch& force = touches.remembered[c];
     BodyContact& told = contacts.emplace_back();
-    told.first = touch.vertex_body;
-    told.second = touch.slot.body;
-    told.point = Eigen::Vector3f::Zero();
+    told.first = touch.bodies[0];
+    told.second = touch.bodies[1];
+    told.first_count = touch.first_corners;
+    std::array<Eigen::Vector3f, 2> points{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      told.vertices[k] = vertex_at[touch.places[k]];
-      if (k > 0) {
-        told.weights[k - 1] = -touch.weights[k];
-        told.point += told.weights[k - 1] * vector_of(load(owner.particles[touch.places[k]]));
-      }
+      const bool is_again = k == 3 && touch.places[k] == touch.places[k - 1];
+      const int side = touch.side_of(k);
+      told.vertices[k] = is_again ? kInvalidIndex : vertex_at[touch.places[k]];
+      told.weights[k] = side == 0 ? touch.weights[k] : -touch.weights[k];
+      points[side] += told.weights[k] * vector_of(load(owner.particles[touch.places[k]]));
     }
+    told.point = points[1];
     told.normal = vector_of(touch.normal);
-    told.distance = told.normal.dot(vector_of(load(owner.particles[touch.places[0]])) - told.point);
+    told.distance = told.normal.dot(points[0] - points[1]);
     told.force = scale * vector_of(force.force * force.normal + force.friction);
   }
   return contacts;

@@ -382,8 +382,8 @@ void visit_members(Record& burner, Visit& visit) {
 
 template <RecordOf<SnapshotBodyContact> Record, class Visit>
 void visit_members(Record& contact, Visit& visit) {
-  auto& [vertex, body, normal, force, friction] = contact;
-  visit(vertex, body, normal, force, friction);
+  auto& [vertex, body, normal, force, friction, edges] = contact;
+  visit(vertex, body, normal, force, friction, edges);
 }
 // of the tissue that it is restored to
 template <RecordOf<Snapshot> Record, class Visit>

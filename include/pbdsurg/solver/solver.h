@@ -42,13 +42,16 @@ struct SnapshotContact {
   Eigen::Vector3f friction;       ///< N, likewise, across it
 };
 
-/// What a snapshot has of a contact between bodies, likewise: a vertex has one with each body.
+/// What a snapshot has of a contact between bodies, likewise: a vertex has one with each body, and
+/// two edges have one.
 struct SnapshotBodyContact {
-  Index vertex;              ///< scene vertex
-  Index body;                ///< of the tissue, whose surface it touches
-  Eigen::Vector3f normal;    ///< out of that body
-  float force;               ///< N, on the vertex, along the normal
+  Index vertex;              ///< scene vertex, of two edges an end of the first
+  Index body;                ///< of the tissue, whose surface it touches; none of two edges
+  Eigen::Vector3f normal;    ///< out of that body, or from the second edge to the first
+  float force;               ///< N, on the vertex or the first edge, along the normal
   Eigen::Vector3f friction;  ///< N, likewise, across it
+  /// Of two edges: the other end of the first and both of the second, scene vertices; else none.
+  std::array<Index, 3> edges{kInvalidIndex, kInvalidIndex, kInvalidIndex};
 };
 
 /// The moving part of a copy's state. Restores only into a solver of the same tissue, into any of
@@ -457,21 +460,25 @@ class PBDSURG_API Solver {
   /// @name Contact of bodies
   /// By default bodies pass through each other. Where pairs of them are to meet, each vertex of one
   /// surface keeps a distance from the nearest triangle of the other, both ways, in every substep,
-  /// with the same force on both: momentum is theirs. Cuts, burns and undo change surfaces as they
-  /// change tissue. Vertices that links join to others, and their neighbours, do not meet each
-  /// other; once the last link there is gone, they do.
+  /// with the same force on both: momentum is theirs. Where one of the two is thin, a sheet or
+  /// particles with their links, edges that cross keep it, too. Cuts, burns and undo change
+  /// surfaces as they change tissue. Vertices that links join to others, and their neighbours, do
+  /// not meet each other; once the last link there is gone, they do.
   ///
   /// What is nearer than that distance when it starts to act, or overlaps by less than three
   /// thicknesses, parts at 0.03 m/s at most; what is deeper is left alone. What moves farther than
-  /// eight thicknesses in a substep may pass through. Edges meet only where one of their ends does:
-  /// two that cross may overlap by a part of their length. Strands and particles meet nothing.
+  /// eight thicknesses in a substep may pass through. Edges of two solid bodies meet only where one
+  /// of their ends does: two that cross may overlap by a part of their length. Particles meet
+  /// surfaces and links, but not each other; a link meets where both of its ends are of one body.
   /// @{
 
   /// Lets two bodies meet in all copies, from the next step on, or changes how they do. The first
   /// pair has the surfaces of all bodies found, in O(T log T) of their tetrahedra. Each step costs
   /// O(n) of the pairs' surface vertices, and each edit O(T) of their triangles. Steps count no
   /// more than SolverOptions::contact_capacity contacts of all pairs together.
-  /// @param second  the first itself: parts of it that are no neighbours, nor nearer than three
+  /// @param first   of tetrahedra, a sheet or particles
+  /// @param second  likewise; the first itself: parts of it that are no neighbours, nor nearer than
+  /// three
   ///                thicknesses at rest, meet each other
   /// @throws InvalidArgument     naming the body that there is not, or the thickness or friction
   ///                             out of range
@@ -482,8 +489,9 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  naming the body that there is not
   void clear_body_contact(Index first, Index second);
 
-  /// Which vertices were near other bodies in the last substep of the last step, in the order of
-  /// the solver's places: within 1.5 thicknesses and their ways. Those without a force are
+  /// Which vertices were near other bodies in the last substep of the last step, and which edges
+  /// of thin ones, in the order of the solver's places: within 1.5 thicknesses and their ways.
+  /// Those without a force are
   /// among them. An overlap is a negative distance. Cost: O(vertices), if there are any.
   [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;
 

@@ -93,7 +93,7 @@ void ease_alone(const StepContext& step, const TouchedPiece& touched) {
   EasedPiece eased(step, touched);
   const auto for_each = [&](const auto& visit_surface, const auto& visit_touch) {
     for_each_contact(step, eased.piece(), visit_surface, [&](TissueTouch& touch, int side) {
-      if (find_touched(step, touch.places[side == 0 ? 1 : 0]) == kInvalidIndex) {
+      if (find_touched(step, touch.place_on(1 - side)) == kInvalidIndex) {
         visit_touch(touch, side);
       }
     });
@@ -117,7 +117,7 @@ void ease_alone(const StepContext& step, const TouchedPiece& touched) {
 void ease_pair(const StepContext& step, Index first, Index second) {
   EasedPiece one(step, step.scratch.touched[first]), other(step, step.scratch.touched[second]);
   const auto add = [&](TissueTouch& touch, int side) {
-    if (find_touched(step, touch.places[side == 0 ? 1 : 0]) == second) {
+    if (find_touched(step, touch.place_on(1 - side)) == second) {
       one.add(touch, side);
       other.add(touch, 1 - side);
       touch.is_eased = true;
@@ -139,7 +139,8 @@ void ease_pairs(const StepContext& step) {
   std::vector<PiecePair>& pairs = step.scratch.piece_pairs;
   pairs.clear();
   for (const TissueTouch& touch : step.copy.touches.contacts) {
-    const Index a = find_touched(step, touch.places[0]), b = find_touched(step, touch.places[1]);
+    const Index a = find_touched(step, touch.place_on(0)),
+                b = find_touched(step, touch.place_on(1));
     if (touch.multiplier > 0 && a != kInvalidIndex && b != kInvalidIndex && a != b) {
       pairs.push_back({std::min(a, b), std::max(a, b)});
     }

@@ -19,10 +19,10 @@ namespace {
 
 using Vector = Vec3<float>;
 
-// m, sum(weights * u) of the vertex, or of the triangle.
+// m, sum(weights * u) of a side.
 Vector side_of(const MovingVertices& vertices, const TissueTouch& touch, int side) {
   Vector sum;
-  for (int k = side == 0 ? 0 : 1; k < (side == 0 ? 1 : TissueTouch::kCorners); ++k) {
+  for (int k = touch.first_of(side); k < touch.end_of(side); ++k) {
     sum = sum + touch.weights[k] * load(vertices.moving[touch.places[k]]);
   }
   return sum;
@@ -108,7 +108,7 @@ void see_touches(const StepContext& step) {
 
 void add_touch(const StepContext& step, const TissueTouch& touch, int corner,
                float inverse_dt_squared, VertexEnergy<float>& energy) {
-  const int side = corner == 0 ? 0 : 1;
+  const int side = touch.side_of(corner);
   const Vector sum = side_of(moving_vertices(step), touch, side) + touch.seen[1 - side];
   add_answer(touch,
              answer(touch, touch.mu, read_plane(touch, sum), inverse_dt_squared, touch.stiffness),
@@ -150,7 +150,7 @@ void settle_touches(const StepContext& step) {
       project(step, touch, 0);
     }
     if (touch.multiplier > 0) {
-      step.scratch.meeting.join(touch.places[0], touch.places[1]);
+      step.scratch.meeting.join(touch.place_on(0), touch.place_on(1));
     }
   }
 }

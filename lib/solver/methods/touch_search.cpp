@@ -6,11 +6,9 @@
 #include <optional>
 
 #include "lib/mesh/closest_on_triangle.h"
+#include "lib/solver/methods/edge_touches.h"
+#include "lib/solver/methods/touch_start.h"
 #include "lib/solver/methods/touch_tree.h"
-#include "lib/solver/methods/vertex_motion.h"
-#include "lib/solver/methods/vertex_moves.h"
-#include "lib/solver/solver_options.h"
-#include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -19,21 +17,19 @@ namespace {
 using Vector = Vec3<float>;
 using Eigen::Vector3f;
 
-// In thicknesses: how far apart what does not move meets, how deep it may overlap, the way of a
-// substep that counts, and what surfaces may move between two searches.
-constexpr float kReach = 1.5F, kDeepest = 3, kWay = 8, kSlack = 2;
+constexpr float kSlack = 2;  // thicknesses that surfaces may move between two searches
 // Of cosines between what a vertex left last and what is near it now: beyond, it is on the other
-// side of a thin wall, or of a sheet.
-constexpr float kOtherWall = -0.5F, kOtherSide = -0.7F;
+// side of a thin wall.
+constexpr float kOtherWall = -0.5F;
 constexpr float kAsNear = 1e-4F;  // of a distance: what differs by less is as near
 
-// The point of a triangle that is nearest to a vertex.
+// The point of a triangle, or of a link, that is nearest to a vertex.
 struct Nearest {
   ContactBodies::PlaceTriangle triangle;
   std::array<float, 3> weights;
   Vector3f away;      // m, to the vertex
   float distance;     // m
-  Vector3f outwards;  // unit, out of the triangle
+  Vector3f outwards;  // unit, out of the triangle; of a link, to the vertex
   float alignment;    // of the way to the vertex with that
 };
 
@@ -41,18 +37,9 @@ struct Nearest {
 class TouchSearch {
  public:
   TouchSearch(const StepContext& step, const Substep<float>& lengths, StepReport& report)
-      : step_(step),
+      : start_(step, lengths, report),
         bodies_(step.data.contact_bodies),
-        touches_(step.copy.touches),
-        vertices_(moving_vertices(step)),
-        starts_(vertices_.bases == nullptr ? step.scratch.previous.data() : vertices_.bases),
-        ends_(moves_vertices(step.data.options) ? step.scratch.flights.data() : vertices_.moving),
-        inverse_dt_squared_(lengths.inverse_dt_squared),
-        report_(report) {
-    for (const ContactPair& pair : bodies_.pairs()) {
-      thickest_ = std::max(thickest_, pair.contact.thickness);
-    }
-  }
+        touches_(step.copy.touches) {}
 
   void run() {
     if (!is_search_valid()) {
@@ -66,26 +53,18 @@ class TouchSearch {
       meet({first, end});
       first = end;
     }
+    for (const EdgeCandidate& candidate : touches_.search.edges) {
+      const ContactPair& pair = bodies_.pairs()[candidate.pair];
+      meet_edges(start_, bodies_, candidate, limit_of(pair), nearer_by(pair));
+    }
   }
 
  private:
-  [[nodiscard]] Vector start(Index place) const { return load(starts_[place]); }
+  [[nodiscard]] Vector start(Index place) const { return start_.position(place); }
 
   [[nodiscard]] std::size_t index_of(const ContactBodies::Body& body) const {
     return static_cast<std::size_t>(&body - bodies_.bodies().data());
   }
-
-  // m, likewise, to where sweeps begin
-  [[nodiscard]] Vector way_from_start(Index place) const {
-    return load(vertices_.moving[place]) - own_start(step_, vertices_, place);
-  }
-
-  // m^2, of the way of a vertex in this substep, as nothing stops it
-  [[nodiscard]] float square_of_way(Index place) const {
-    const Vector u = load(ends_[place]) - (vertices_.bases == nullptr ? start(place) : Vector{});
-    return is_finite_way(u) ? dot(u, u) : 0;
-  }
-  [[nodiscard]] float way(Index place) const { return std::sqrt(square_of_way(place)); }
 
   template <class Visit>
   static void for_each_vertex(const ContactBodies::Body& body, const Visit& visit) {
@@ -101,7 +80,7 @@ class TouchSearch {
     }
     float most_way = 0;  // m^2
     bool is_valid = true;
-    const float most = kWay * thickest_;
+    const float most = kTouchWay * start_.thickest();
     for (const ContactBodies::Body& body : bodies_.bodies()) {
       float most_moved = 0;  // m^2
       for_each_vertex(body, [&](Index place, std::size_t i) {
@@ -110,7 +89,7 @@ class TouchSearch {
           return;
         }
         const Vector d = x - search.seen[i];
-        const float moved = dot(d, d), ahead = std::min(square_of_way(place), most * most);
+        const float moved = dot(d, d), ahead = std::min(start_.square_of_way(place), most * most);
         most_moved = std::max(most_moved, moved);
         most_way = std::max(most_way, ahead);
         is_valid = is_valid && (2 * (moved + ahead) <= search.slack * search.slack ||
@@ -131,20 +110,23 @@ class TouchSearch {
     for (const ContactBodies::Body& body : bodies) {
       for_each_vertex(body, [&](Index place, std::size_t i) {
         search.seen[i] = start(place);
-        most_way_ = std::max(most_way_, std::min(way(place), kWay * thickest_));
+        most_way_ = std::max(most_way_, std::min(start_.way(place), kTouchWay * start_.thickest()));
       });
     }
-    search.slack = most_way_ + kSlack * thickest_;
-    const std::span<const Particle> starts(starts_, step_.copy.particles.size());
+    search.slack = most_way_ + kSlack * start_.thickest();
     search.trees.resize(bodies.size());
+    search.edge_trees.resize(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       if (search.revision != bodies_.revision()) {
-        order_triangles(bodies[b].triangles, starts, search.trees[b]);
+        order(bodies[b].triangles, start_.positions(), search.trees[b]);
+        order(bodies[b].edges, start_.positions(), search.edge_trees[b]);
       }
-      fit_boxes(bodies[b].triangles, starts, search.trees[b]);
+      fit_boxes(bodies[b].triangles, start_.positions(), search.trees[b]);
+      fit_boxes(bodies[b].edges, start_.positions(), search.edge_trees[b]);
     }
     search.revision = bodies_.revision();
     search.candidates.clear();
+    search.edges.clear();
     const std::span<const ContactPair> pairs = bodies_.pairs();
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       const ContactBodies::Body& first = bodies_.body(pairs[p].first);
@@ -153,26 +135,44 @@ class TouchSearch {
       if (&first != &second) {
         add_candidates(static_cast<Index>(p), second, first);
       }
+      if (bodies_.has_edges(pairs[p])) {
+        const float reach = reach_of(pairs[p]);
+        find_edges(start_, bodies_, static_cast<Index>(p), reach, search);
+      }
     }
     std::ranges::sort(search.candidates);
+    std::ranges::sort(search.edges);
   }
 
   void add_candidates(Index pair, const ContactBodies::Body& from, const ContactBodies::Body& to) {
     TissueTouches::Search& search = touches_.search;
     const TouchTree& tree = search.trees[index_of(to)];
     const float thickness = bodies_.pairs()[pair].contact.thickness;
-    const float reach = kDeepest * thickness + 2 * search.slack;
+    const float reach = reach_of(bodies_.pairs()[pair]);
     for (const Index place : from.places) {
       const Vector x = start(place);
-      visit_near(tree, x, reach, [&](Index t) {
+      visit_near(tree, {x, x}, reach, [&](Index t) {
         const ContactBodies::PlaceTriangle& triangle = to.triangles[t];
         const TrianglePoint<float> point = closest(triangle, x);
         if (point.point.squaredNorm() < reach * reach &&
-            bodies_.may_meet(place, from.body, triangle, to, kDeepest * thickness)) {
-          search.candidates.push_back({{place, to.body}, pair, triangle, point.point.norm()});
+            bodies_.may_meet(place, from.body, triangle, to, kDeepestTouch * thickness)) {
+          search.candidates.push_back(
+              {{.place = place, .body = to.body}, pair, triangle, point.point.norm()});
         }
       });
     }
+  }
+
+  // m, how near surfaces come to meet before the next search.
+  [[nodiscard]] float reach_of(const ContactPair& pair) const {
+    return kDeepestTouch * pair.contact.thickness + 2 * touches_.search.slack;
+  }
+
+  // m, how far apart what meets in this substep may be, by the fastest of all.
+  [[nodiscard]] float limit_of(const ContactPair& pair) const {
+    const float thickness = pair.contact.thickness;
+    return std::max(kTouchReach * thickness + 2 * std::min(most_way_, kTouchWay * thickness),
+                    kDeepestTouch * thickness);
   }
 
   // From the vertex at x.
@@ -188,7 +188,7 @@ class TouchSearch {
     constexpr float kRounding = 1e-3F;  // of a thickness
     const std::vector<float>& moved = touches_.search.moved;
     return moved[index_of(bodies_.body(pair.first))] + moved[index_of(bodies_.body(pair.second))] +
-           kRounding * thickest_;
+           kRounding * start_.thickest();
   }
 
   // None of a triangle without a place, or of one that faces what the vertex left last.
@@ -196,6 +196,9 @@ class TouchSearch {
                                                bool is_two_sided,
                                                const RememberedTouch* known) const {
     const auto& t = candidate.triangle;
+    if (t[1] == t[2]) {
+      return measure_link(t, x);
+    }
     const Vector3f outwards =
         vector_of(cross(start(t[1]) - start(t[0]), start(t[2]) - start(t[0]))).normalized();
     if (known != nullptr && !is_two_sided && outwards.dot(vector_of(known->normal)) < kOtherWall) {
@@ -209,6 +212,20 @@ class TouchSearch {
     const Vector3f away = -point.point;
     return Nearest{t,        point.weights, away,
                    distance, outwards,      distance > 0 ? outwards.dot(away) / distance : 1.0F};
+  }
+
+  // What is on a link is nowhere beside it.
+  [[nodiscard]] std::optional<Nearest> measure_link(const ContactBodies::PlaceTriangle& link,
+                                                    const Vector& x) const {
+    const Vector3f a = vector_of(start(link[0]) - x), b = vector_of(start(link[1]) - x);
+    const Vector3f along = b - a;
+    const float share = std::clamp(-a.dot(along) / along.squaredNorm(), 0.0F, 1.0F);
+    const Vector3f away = -(a + share * along);
+    const float distance = away.norm();
+    if (!(distance > 0) || !std::isfinite(distance)) {
+      return std::nullopt;
+    }
+    return Nearest{link, {1 - share, share, 0}, away, distance, away / distance, 1};
   }
 
   // Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
@@ -254,26 +271,16 @@ class TouchSearch {
       return;
     }
     const bool is_two_sided = bodies_.body(slot.body).is_two_sided;
-    const RememberedTouch* const known = find_remembered(slot);
-    const float most = kWay * thickness;
-    const float limit =
-        std::max(kReach * thickness + 2 * std::min(most_way_, most), kDeepest * thickness);
+    const RememberedTouch* const known = start_.find_remembered(slot);
     const std::optional<Nearest> nearest =
-        find_nearest(candidates, x, limit, nearer_by(pair), is_two_sided, known);
+        find_nearest(candidates, x, limit_of(pair), nearer_by(pair), is_two_sided, known);
     if (!nearest) {
       return;
     }
     const auto& [triangle, weights, away, unsigned_distance, outwards, alignment] = *nearest;
-    float ways = 0, mobility = step_.copy.particles[slot.place].w;
-    for (const Index corner : triangle) {
-      ways = std::max(ways, way(corner));
-      mobility += step_.copy.particles[corner].w;
-    }
-    const float reach = kReach * thickness + std::min(way(slot.place), most) + std::min(ways, most);
     const Index vertex_body = slot.body == pair.first ? pair.second : pair.first;
     const bool is_corner = std::ranges::count(weights, 0.0F) == 2;
-    if (!(unsigned_distance < std::max(reach, kDeepest * thickness)) || !(mobility > 0) ||
-        (is_corner && vertex_body > slot.body)) {  // the corner has a contact of its own
+    if (is_corner && vertex_body > slot.body) {  // the corner has a contact of its own
       return;
     }
     Vector3f normal = outwards;
@@ -290,14 +297,30 @@ class TouchSearch {
     } else if (known != nullptr) {
       normal = vector_of(known->normal);
     }
-    if (!(distance < reach) || !(distance > -kDeepest * thickness)) {
+    TissueTouch touch = touch_of(slot, vertex_body, *nearest, load(normal));
+    if (!start_.is_within_reach(touch, thickness, distance)) {
       return;
     }
     if (const auto face = find_passed_face(candidates, *nearest, normal, thickness)) {
-      add(slot, vertex_body, *face, load(face->outwards), face->distance, pair.contact, known);
-      return;
+      touch = touch_of(slot, vertex_body, *face, load(face->outwards));
+      distance = face->distance;
     }
-    add(slot, vertex_body, *nearest, load(normal), distance, pair.contact, known);
+    start_.add(touch, distance, pair.contact, known);
+  }
+
+  [[nodiscard]] static TissueTouch touch_of(const TouchSlot& slot, Index vertex_body,
+                                            const Nearest& nearest, const Vector& normal) {
+    TissueTouch touch;
+    touch.slot = slot;
+    touch.bodies = {vertex_body, slot.body};
+    touch.places[0] = slot.place;
+    touch.weights[0] = 1;
+    for (int k = 0; k < 3; ++k) {
+      touch.places[k + 1] = nearest.triangle[k];
+      touch.weights[k + 1] = -nearest.weights[k];
+    }
+    touch.normal = normal;
+    return touch;
   }
 
   // What slides on a surface comes near edges of it, and is none the nearer for that: the plane of
@@ -312,9 +335,9 @@ class TouchSearch {
       return std::nullopt;
     }
     const Index place = candidates.front().slot.place;
-    Vector way = way_from_start(place);
+    Vector way = start_.way_from_start(place);
     for (int k = 0; k < 3; ++k) {
-      way = way - edge.weights[k] * way_from_start(edge.triangle[k]);
+      way = way - edge.weights[k] * start_.way_from_start(edge.triangle[k]);
     }
     const Vector3f ahead = edge.away + vector_of(way);
     float most = normal.dot(ahead);
@@ -346,52 +369,9 @@ class TouchSearch {
     return passed;
   }
 
-  void add(const TouchSlot& slot, Index vertex_body, const Nearest& nearest, const Vector& normal,
-           float distance, const TissueContact& settings, const RememberedTouch* known) {
-    if (touches_.contacts.size() >= static_cast<std::size_t>(step_.data.options.contact_capacity)) {
-      ++report_.dropped_contacts;
-      return;
-    }
-    TissueTouch touch;
-    touch.slot = slot;
-    touch.vertex_body = vertex_body;
-    touch.places[0] = slot.place;
-    touch.weights[0] = 1;
-    for (int k = 0; k < 3; ++k) {
-      touch.places[k + 1] = nearest.triangle[k];
-      touch.weights[k + 1] = -nearest.weights[k];
-    }
-    touch.normal = normal;
-    touch.mu = settings.friction;
-    const float wanted = std::min(settings.thickness, distance + kRecovery * step_.data.part.h);
-    touch.offset = vertices_.bases == nullptr ? wanted : wanted - distance;
-    for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      touch.drift = touch.drift + touch.weights[k] * own_start(step_, vertices_, touch.places[k]);
-    }
-    const SolverOptions& options = step_.data.options;  // projections begin anew
-    if (known != nullptr && moves_vertices(options) && !is_explicit(options)) {
-      touch.multiplier = known->force / inverse_dt_squared_;
-      const Vector along = known->friction - dot(known->friction, normal) * normal;
-      touch.friction = (1 / inverse_dt_squared_) * along;
-    }
-    touches_.contacts.push_back(touch);
-  }
-
-  [[nodiscard]] const RememberedTouch* find_remembered(const TouchSlot& slot) const {
-    const auto found =
-        std::ranges::lower_bound(touches_.remembered, slot, {}, &RememberedTouch::slot);
-    return found != touches_.remembered.end() && found->slot == slot ? &*found : nullptr;
-  }
-
-  const StepContext& step_;
+  TouchStart start_;
   const ContactBodies& bodies_;
   TissueTouches& touches_;
-  MovingVertices vertices_;
-  const Particle* starts_;
-  const Particle* ends_;  // of its free way in this substep; displacements, where starts are bases
-  float inverse_dt_squared_;
-  StepReport& report_;
-  float thickest_ = 0;
   float most_way_ = 0;  // m, of all vertices in this substep
 };
 

@@ -23,18 +23,6 @@ TouchBox around(const TouchBox& a, const TouchBox& b) {
       {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y), std::max(a.high.z, b.high.z)}};
 }
 
-TouchBox box_of(const std::array<Index, 3>& triangle, std::span<const Particle> positions) {
-  TouchBox box = kNowhere;
-  for (const Index place : triangle) {
-    const Vec3<float> x = load(positions[place]);
-    if (!is_finite_way(x)) {
-      return kNowhere;
-    }
-    box = around(box, {x, x});
-  }
-  return box;
-}
-
 // The bits of ten, two apart.
 std::uint32_t spread(std::uint32_t bits) {
   bits = (bits | bits << 16) & 0x030000FF;
@@ -43,14 +31,20 @@ std::uint32_t spread(std::uint32_t bits) {
   return (bits | bits << 2) & 0x09249249;
 }
 
-}  // namespace
+std::span<const Index> corners_of(const ContactBodies::PlaceTriangle& triangle) {
+  return triangle;
+}
+std::span<const Index> corners_of(const ContactBodies::Edge& edge) {
+  return edge.ends;
+}
 
-void order_triangles(std::span<const std::array<Index, 3>> triangles,
-                     std::span<const Particle> positions, TouchTree& tree) {
+template <class Element>
+void order_elements(std::span<const Element> elements, std::span<const Particle> positions,
+                    TouchTree& tree) {
   std::vector<TouchBox> boxes;
   TouchBox all = kNowhere;
-  for (const std::array<Index, 3>& triangle : triangles) {
-    boxes.push_back(box_of(triangle, positions));
+  for (const Element& element : elements) {
+    boxes.push_back(box_of(corners_of(element), positions));
     all = around(all, boxes.back());
   }
   const Vec3<float> size = all.high - all.low;
@@ -61,14 +55,14 @@ void order_triangles(std::span<const std::array<Index, 3>> triangles,
     return spread(static_cast<std::uint32_t>(kCells * std::clamp(share, 0.0F, 1.0F)));
   };
   std::vector<std::pair<std::uint32_t, Index>> keys;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const TouchBox& box = boxes[t];
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    const TouchBox& box = boxes[i];
     const bool is_somewhere = box.low.x <= box.high.x;
     const std::uint32_t key = !is_somewhere ? ~0U
                                             : cell(box.low.x, box.high.x, all.low.x) |
                                                   cell(box.low.y, box.high.y, all.low.y) << 1 |
                                                   cell(box.low.z, box.high.z, all.low.z) << 2;
-    keys.emplace_back(key, static_cast<Index>(t));
+    keys.emplace_back(key, static_cast<Index>(i));
   }
   std::ranges::sort(keys);
   tree.order.clear();
@@ -77,14 +71,14 @@ void order_triangles(std::span<const std::array<Index, 3>> triangles,
   }
 }
 
-void fit_boxes(std::span<const std::array<Index, 3>> triangles, std::span<const Particle> positions,
-               TouchTree& tree) {
-  const std::size_t leaves = (tree.order.size() + kLeafTriangles - 1) / kLeafTriangles;
+template <class Element>
+void fit(std::span<const Element> elements, std::span<const Particle> positions, TouchTree& tree) {
+  const std::size_t leaves = (tree.order.size() + kLeafSize - 1) / kLeafSize;
   tree.first_leaf = std::bit_ceil(std::max<std::size_t>(leaves, 1)) - 1;
   tree.boxes.assign(tree.first_leaf + leaves, kNowhere);
   for (std::size_t i = 0; i < tree.order.size(); ++i) {
-    TouchBox& leaf = tree.boxes[tree.first_leaf + i / kLeafTriangles];
-    leaf = around(leaf, box_of(triangles[tree.order[i]], positions));
+    TouchBox& leaf = tree.boxes[tree.first_leaf + i / kLeafSize];
+    leaf = around(leaf, box_of(corners_of(elements[tree.order[i]]), positions));
   }
   for (std::size_t node = tree.first_leaf; node-- > 0;) {
     for (const std::size_t child : {2 * node + 1, 2 * node + 2}) {
@@ -93,6 +87,38 @@ void fit_boxes(std::span<const std::array<Index, 3>> triangles, std::span<const 
       }
     }
   }
+}
+
+}  // namespace
+
+TouchBox box_of(std::span<const Index> places, std::span<const Particle> positions) {
+  TouchBox box = kNowhere;
+  for (const Index place : places) {
+    const Vec3<float> x = load(positions[place]);
+    if (!is_finite_way(x)) {
+      return kNowhere;
+    }
+    box = around(box, {x, x});
+  }
+  return box;
+}
+
+void order(std::span<const ContactBodies::PlaceTriangle> triangles,
+           std::span<const Particle> positions, TouchTree& tree) {
+  order_elements(triangles, positions, tree);
+}
+void order(std::span<const ContactBodies::Edge> edges, std::span<const Particle> positions,
+           TouchTree& tree) {
+  order_elements(edges, positions, tree);
+}
+
+void fit_boxes(std::span<const ContactBodies::PlaceTriangle> triangles,
+               std::span<const Particle> positions, TouchTree& tree) {
+  fit(triangles, positions, tree);
+}
+void fit_boxes(std::span<const ContactBodies::Edge> edges, std::span<const Particle> positions,
+               TouchTree& tree) {
+  fit(edges, positions, tree);
 }
 
 }  // namespace pbdsurg

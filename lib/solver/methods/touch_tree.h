@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// Which triangles of a body may be near a point: a tree of boxes, fitted to where they are.
+/// Which triangles or edges of a body may be near something: a tree of boxes, fitted to where they
+/// are.
 
 #include <algorithm>
 #include <array>
@@ -12,32 +13,40 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
+#include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/particle.h"
 #include "lib/solver/state/tissue_touch.h"
 
 namespace pbdsurg {
 
-/// Orders triangles along a Morton curve. Cost: O(n log n).
+/// Around some places; it holds nothing where one of them is not finite.
+[[nodiscard]] TouchBox box_of(std::span<const Index> places, std::span<const Particle> positions);
+
+/// Orders triangles or edges along a Morton curve. Cost: O(n log n).
 /// @param triangles  [n] by places
 /// @param positions  [place] m
-void order_triangles(std::span<const std::array<Index, 3>> triangles,
-                     std::span<const Particle> positions, TouchTree& tree);
+void order(std::span<const ContactBodies::PlaceTriangle> triangles,
+           std::span<const Particle> positions, TouchTree& tree);
+void order(std::span<const ContactBodies::Edge> edges, std::span<const Particle> positions,
+           TouchTree& tree);
 
-/// Fits the boxes. Triangles that are not finite are nowhere. Cost: O(n).
-void fit_boxes(std::span<const std::array<Index, 3>> triangles, std::span<const Particle> positions,
+/// Fits the boxes. What is not finite is nowhere. Cost: O(n).
+void fit_boxes(std::span<const ContactBodies::PlaceTriangle> triangles,
+               std::span<const Particle> positions, TouchTree& tree);
+void fit_boxes(std::span<const ContactBodies::Edge> edges, std::span<const Particle> positions,
                TouchTree& tree);
 
-/// Triangles of a leaf, at most.
-inline constexpr std::size_t kLeafTriangles = 4;
+/// Triangles or edges of a leaf, at most.
+inline constexpr std::size_t kLeafSize = 4;
 
-/// Calls visit(triangle) for each in a leaf whose box is within reach of a point.
+/// Calls visit(i) for each triangle or edge in a leaf whose box is within reach of another box.
 /// @param reach  m
 template <class Visit>
-void visit_near(const TouchTree& tree, const Vec3<float>& x, float reach, const Visit& visit) {
+void visit_near(const TouchTree& tree, const TouchBox& other, float reach, const Visit& visit) {
   const auto is_near = [&](const TouchBox& box) {
-    return box.low.x - reach <= x.x && x.x <= box.high.x + reach &&  //
-           box.low.y - reach <= x.y && x.y <= box.high.y + reach &&  //
-           box.low.z - reach <= x.z && x.z <= box.high.z + reach;
+    return box.low.x - reach <= other.high.x && other.low.x <= box.high.x + reach &&  //
+           box.low.y - reach <= other.high.y && other.low.y <= box.high.y + reach &&  //
+           box.low.z - reach <= other.high.z && other.low.z <= box.high.z + reach;
   };
   std::array<std::size_t, 64> waiting;  // two a level of a balanced tree
   std::size_t count = 0;
@@ -52,8 +61,8 @@ void visit_near(const TouchTree& tree, const Vec3<float>& x, float reach, const 
       waiting[count++] = 2 * node + 1;
       continue;
     }
-    const std::size_t first = (node - tree.first_leaf) * kLeafTriangles;
-    const std::size_t end = std::min(first + kLeafTriangles, tree.order.size());
+    const std::size_t first = (node - tree.first_leaf) * kLeafSize;
+    const std::size_t end = std::min(first + kLeafSize, tree.order.size());
     for (std::size_t i = first; i < end; ++i) {
       visit(tree.order[i]);
     }

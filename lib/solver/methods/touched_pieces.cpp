@@ -12,7 +12,7 @@
 namespace pbdsurg {
 namespace {
 
-// A contact as one side has it. The triangle's sees it from behind.
+// A contact as one side has it. The second sees it from behind.
 template <class Contact>
 RigidContact rigid_contact(const Contact& contact, int side, const ContactReading<float>& now,
                            const Vec3<double>& arm, float friction, float inverse_dt_squared) {
@@ -47,7 +47,7 @@ void add_contacts(const StepContext& step, Index index, float inverse_dt_squared
   };
   const auto add_touch = [&](const TissueTouch& touch, int side) {
     const ContactReading<float> now = read_touch(vertices, touch);
-    const Index other = find_touched(step, touch.places[side == 0 ? 1 : 0]);
+    const Index other = find_touched(step, touch.place_on(1 - side));
     const bool is_pair = other != kInvalidIndex && touched[other].group == own.group;
     if (!is_finite(now) || other == index || (is_pair && other < index)) {
       return;
@@ -137,7 +137,8 @@ void list_touched_pieces(const StepContext& step) {
     }
   }
   for (const TissueTouch& touch : touches) {
-    const Index a = find_touched(step, touch.places[0]), b = find_touched(step, touch.places[1]);
+    const Index a = find_touched(step, touch.place_on(0)),
+                b = find_touched(step, touch.place_on(1));
     if (a != kInvalidIndex && b != kInvalidIndex) {
       touched.join(a, b);
     }

@@ -39,8 +39,8 @@ void balance_pieces(const StepContext& step, const Substep<float>& lengths);
 [[nodiscard]] const PushedPieces* groups_of(const StepContext& step);
 
 /// Calls visit_surface(contact, tool) for what tools touch of a piece, in the order of tools and
-/// features, and visit_touch(touch, side) for its contacts with other bodies, whose vertex or
-/// triangle it has.
+/// features, and visit_touch(touch, side) for its contacts with other bodies, of which it has a
+/// side.
 template <class VisitSurface, class VisitTouch>
 void for_each_contact(const StepContext& step, const MovingPiece& piece,
                       const VisitSurface& visit_surface, const VisitTouch& visit_touch) {
@@ -48,8 +48,11 @@ void for_each_contact(const StepContext& step, const MovingPiece& piece,
   entries.clear();
   piece.for_each_hold([&](const VertexHold& hold) {
     const bool is_touch = hold.kind == HoldKind::touch;
-    if (is_touch || hold.corner == 0) {
-      entries.push_back({hold.tool, hold.entry, is_touch && hold.corner > 0 ? 1 : 0});
+    if (is_touch) {
+      const TissueTouch& touch = step.copy.touches.contacts[hold.entry];
+      entries.push_back({hold.tool, hold.entry, touch.side_of(hold.corner)});
+    } else if (hold.corner == 0) {
+      entries.push_back({hold.tool, hold.entry, 0});
     }
   });
   std::ranges::sort(entries);
@@ -75,12 +78,10 @@ template <class Arm>
 }
 template <class Arm>
 [[nodiscard]] Vec3<double> arm_at(const TissueTouch& touch, int side, const Arm& arm) {
-  if (side == 0) {
-    return arm(touch.places[0]);
-  }
+  const double sign = side == 0 ? 1 : -1;
   Vec3<double> sum{0, 0, 0};
-  for (int k = 1; k < TissueTouch::kCorners; ++k) {
-    sum = sum - static_cast<double>(touch.weights[k]) * arm(touch.places[k]);
+  for (int k = touch.first_of(side); k < touch.end_of(side); ++k) {
+    sum = sum + sign * static_cast<double>(touch.weights[k]) * arm(touch.places[k]);
   }
   return sum;
 }

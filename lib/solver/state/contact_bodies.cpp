@@ -25,6 +25,78 @@ bool has(const PlaceTriangle& triangle, Index place) {
   return std::ranges::find(triangle, place) != triangle.end();
 }
 
+bool has_particles(const Body& body) {
+  return body.tet_count == 0 && body.triangle_count == 0;
+}
+
+// Whether a link is part of a body of particles: what it joins may meet.
+bool is_within_particles(const Tissue& tissue, const Link& link) {
+  const Index body = tissue.body_of_vertex(link.first);
+  return has_particles(tissue.body(body)) && tissue.body_of_vertex(link.second) == body;
+}
+
+void add_surface(const TissueSurface& surface, ContactBodies::Body& body) {
+  for (const PlaceTriangle& slot : surface.slots(body.body)) {
+    if (slot[0] == kInvalidIndex) {
+      continue;
+    }
+    const PlaceTriangle triangle = turned(slot);
+    if (body.is_two_sided && triangle[1] > triangle[2]) {
+      continue;  // the other side has it too
+    }
+    body.triangles.push_back(triangle);
+    body.places.insert(body.places.end(), triangle.begin(), triangle.end());
+  }
+}
+
+void add_particles(const Tissue& tissue, std::span<const Index> place_of_vertex,
+                   ContactBodies::Body& body) {
+  for (const Index v : tissue.vertices_of(body.body)) {
+    if (!tissue.has_tissue(v)) {
+      continue;
+    }
+    body.places.push_back(place_of_vertex[v]);
+    for (const Index l : tissue.links_at(v)) {
+      const Link& link = tissue.links()[l];
+      if (link.first == v && tissue.body_of_vertex(link.second) == body.body) {
+        const auto [a, b] = std::minmax(place_of_vertex[link.first], place_of_vertex[link.second]);
+        body.triangles.push_back({a, b, b});
+      }
+    }
+  }
+  std::ranges::sort(body.triangles);  // two may join the same
+  body.triangles.erase(std::unique(body.triangles.begin(), body.triangles.end()),
+                       body.triangles.end());
+}
+
+std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangles) {
+  std::vector<ContactBodies::Edge> edges;
+  for (const PlaceTriangle& t : triangles) {
+    if (t[1] == t[2]) {
+      edges.push_back({{t[0], t[1]}, {kInvalidIndex, kInvalidIndex}});
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const Index a = t[k], b = t[(k + 1) % 3], opposite = t[(k + 2) % 3];
+      edges.push_back(a < b ? ContactBodies::Edge{{a, b}, {opposite, kInvalidIndex}}
+                            : ContactBodies::Edge{{b, a}, {kInvalidIndex, opposite}});
+    }
+  }
+  std::ranges::sort(edges);
+  std::size_t count = 0;
+  for (const ContactBodies::Edge& edge : edges) {
+    if (count == 0 || edges[count - 1].ends != edge.ends) {
+      edges[count++] = edge;
+      continue;
+    }
+    // sheets need not be wound alike
+    std::array<Index, 2>& known = edges[count - 1].opposite;
+    known[known[0] == kInvalidIndex ? 0 : 1] = std::max(edge.opposite[0], edge.opposite[1]);
+  }
+  edges.erase(edges.begin() + static_cast<std::ptrdiff_t>(count), edges.end());
+  return edges;
+}
+
 }  // namespace
 
 void ContactBodies::set(const ContactPair& pair) {
@@ -64,6 +136,7 @@ void ContactBodies::refresh(const Tissue& tissue, const TissueSurface& surface,
     return;
   }
   list(tissue, surface, place_of_vertex);
+  list_edges();
   mark_joined(tissue, place_of_vertex);
   list_neighbors();
   version_ = tissue.version();
@@ -75,7 +148,7 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
   bodies_.clear();
   for (const ContactPair& pair : pairs_) {
     for (const Index body : {pair.first, pair.second}) {
-      bodies_.push_back({body, surface.is_two_sided(body)});
+      bodies_.push_back({body, surface.is_two_sided(body) || has_particles(tissue.body(body))});
     }
   }
   std::ranges::sort(bodies_, {}, &Body::body);
@@ -86,16 +159,10 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
     each.meets_itself = std::ranges::any_of(pairs_, [&](const ContactPair& pair) {
       return pair.first == each.body && pair.second == each.body;
     });
-    for (const PlaceTriangle& slot : surface.slots(each.body)) {
-      if (slot[0] == kInvalidIndex) {
-        continue;
-      }
-      const PlaceTriangle triangle = turned(slot);
-      if (each.is_two_sided && triangle[1] > triangle[2]) {
-        continue;  // the other side has it too
-      }
-      each.triangles.push_back(triangle);
-      each.places.insert(each.places.end(), triangle.begin(), triangle.end());
+    if (has_particles(tissue.body(each.body))) {
+      add_particles(tissue, place_of_vertex, each);
+    } else {
+      add_surface(surface, each);
     }
     std::ranges::sort(each.places);
     each.places.erase(std::unique(each.places.begin(), each.places.end()), each.places.end());
@@ -112,17 +179,36 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
   }
 }
 
+void ContactBodies::list_edges() {
+  std::vector<bool> has_any(bodies_.size(), false);
+  const auto mark = [&](Index of_tissue) { has_any[&body(of_tissue) - bodies_.data()] = true; };
+  for (const ContactPair& pair : pairs_) {
+    if (has_edges(pair)) {
+      mark(pair.first);
+      mark(pair.second);
+    }
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (has_any[b]) {
+      bodies_[b].edges = edges_of(bodies_[b].triangles);
+    }
+  }
+}
+
 void ContactBodies::mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex) {
   const std::size_t count = place_of_vertex.size();
   is_joined_.assign(count, false);
   std::vector<bool> is_end(count, false);
   for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
-    if (tissue.is_link_alive(l)) {
+    if (tissue.is_link_alive(l) && !is_within_particles(tissue, tissue.links()[l])) {
       is_end[place_of_vertex[tissue.links()[l].first]] = true;
       is_end[place_of_vertex[tissue.links()[l].second]] = true;
     }
   }
   for (const Body& each : bodies_) {
+    for (const Index place : each.places) {  // particles need have no link
+      is_joined_[place] = is_end[place];
+    }
     for (const PlaceTriangle& triangle : each.triangles) {
       if (std::ranges::any_of(triangle, [&](Index place) { return is_end[place]; })) {
         std::ranges::for_each(triangle, [&](Index place) { is_joined_[place] = true; });
@@ -177,13 +263,21 @@ bool ContactBodies::may_meet(Index place, Index vertex_body, const PlaceTriangle
   });
 }
 
+bool ContactBodies::may_meet(const Edge& edge, Index edge_body, const Edge& other, const Body& body,
+                             float near) const {
+  const PlaceTriangle link{other.ends[0], other.ends[1], other.ends[1]};
+  return std::ranges::all_of(edge.ends,
+                             [&](Index end) { return may_meet(end, edge_body, link, body, near); });
+}
+
 std::size_t ContactBodies::memory_bytes() const noexcept {
   std::size_t bytes = pairs_.capacity() * sizeof(ContactPair) + (is_joined_.capacity() / 8) +
                       rest_.capacity() * sizeof(Vec3<float>) +
                       (first_neighbors_.capacity() + neighbors_.capacity()) * sizeof(Index);
   for (const Body& each : bodies_) {
     bytes += sizeof(Body) + each.places.capacity() * sizeof(Index) +
-             each.triangles.capacity() * sizeof(PlaceTriangle);
+             each.triangles.capacity() * sizeof(PlaceTriangle) +
+             each.edges.capacity() * sizeof(Edge);
   }
   return bytes;
 }

@@ -31,14 +31,27 @@ class ContactBodies {
  public:
   using PlaceTriangle = std::array<Index, 3>;
 
+  /// An edge of a surface, or a link of particles.
+  struct Edge {
+    std::array<Index, 2> ends;  ///< ascending
+    /// Corners of the triangles there, first of the one that is wound along the edge;
+    /// kInvalidIndex where there is none.
+    std::array<Index, 2> opposite;
+
+    auto operator<=>(const Edge& other) const noexcept = default;
+  };
+
   struct Body {
     Index body = kInvalidIndex;  ///< of the tissue
-    bool is_two_sided = false;   ///< a sheet
+    bool is_two_sided = false;   ///< a sheet, or particles
     bool meets_itself = false;
     Index first_vertex = 0;       ///< of its vertices among those of all
     std::vector<Index> places{};  ///< of its surface, ascending
-    /// Each once, the smallest place first, as they are wound.
+    /// Each once, the smallest place first, as they are wound. Links of particles are among them,
+    /// with their second end twice.
     std::vector<PlaceTriangle> triangles{};
+    /// Ascending; none where all that it meets is solid, as it is: then vertices see enough.
+    std::vector<Edge> edges{};
   };
 
   /// In the order of bodies.
@@ -65,6 +78,11 @@ class ContactBodies {
   /// Bodies of any pair, ascending.
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_; }
   [[nodiscard]] const Body& body(Index of_tissue) const noexcept;
+
+  /// Whether edges of a pair meet: one of the two is thin.
+  [[nodiscard]] bool has_edges(const ContactPair& pair) const noexcept {
+    return body(pair.first).is_two_sided || body(pair.second).is_two_sided;
+  }
   /// Vertices of all surfaces above.
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
 
@@ -74,12 +92,16 @@ class ContactBodies {
   /// @param near      m, at rest
   [[nodiscard]] bool may_meet(Index place, Index vertex_body, const PlaceTriangle& triangle,
                               const Body& body, float near) const;
+  /// The same of two edges.
+  [[nodiscard]] bool may_meet(const Edge& edge, Index edge_body, const Edge& other,
+                              const Body& body, float near) const;
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
   void list(const Tissue& tissue, const TissueSurface& surface,
             std::span<const Index> place_of_vertex);
+  void list_edges();
   void mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex);
   void list_neighbors();
 

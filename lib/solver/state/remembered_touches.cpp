@@ -25,7 +25,35 @@ void check_number(std::size_t contact, const char* what, Index id, std::size_t c
   }
 }
 
+// In one order whichever edge comes first.
+std::array<Index, 5> key_of(const SnapshotBodyContact& contact) {
+  if (contact.edges[0] == kInvalidIndex) {
+    return {contact.vertex, contact.body, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+  }
+  std::array<Index, 2> first{contact.vertex, contact.edges[0]};
+  std::array<Index, 2> second{contact.edges[1], contact.edges[2]};
+  std::ranges::sort(first);
+  std::ranges::sort(second);
+  const auto& [low, high] = std::minmax(first, second);
+  return {low[0], kInvalidIndex, low[1], high[0], high[1]};
+}
+
 }  // namespace
+
+void RememberedTouch::sort_edges() {
+  if (!slot.has_edges()) {
+    return;
+  }
+  std::array<Index, 2> first{slot.place, slot.edges[0]}, second{slot.edges[1], slot.edges[2]};
+  std::ranges::sort(first);
+  std::ranges::sort(second);
+  if (second < first) {
+    std::swap(first, second);
+    normal = -1.0F * normal;
+    friction = -1.0F * friction;
+  }
+  slot = {{first[1], second[0], second[1]}, first[0], kInvalidIndex};
+}
 
 std::vector<SnapshotBodyContact> touches_of(const SolverState& state, const CopyState& copy) {
   std::vector<SnapshotBodyContact> contacts;
@@ -34,27 +62,42 @@ std::vector<SnapshotBodyContact> touches_of(const SolverState& state, const Copy
   }
   const std::vector<Index> vertex_at = state.vertices_at_places();
   for (const RememberedTouch& known : copy.touches.remembered) {
-    contacts.push_back({vertex_at[known.slot.place], known.slot.body, vector_of(known.normal),
-                        known.force, vector_of(known.friction)});
+    SnapshotBodyContact& contact =
+        contacts.emplace_back(vertex_at[known.slot.place], known.slot.body, vector_of(known.normal),
+                              known.force, vector_of(known.friction));
+    if (known.slot.has_edges()) {
+      std::ranges::transform(known.slot.edges, contact.edges.begin(),
+                             [&](Index place) { return vertex_at[place]; });
+    }
   }
   return contacts;
 }
 
 void check_touches(std::span<const SnapshotBodyContact> contacts, std::size_t vertex_count,
                    std::size_t body_count) {
-  std::vector<std::pair<Index, Index>> slots;
+  std::vector<std::array<Index, 5>> keys;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const SnapshotBodyContact& contact = contacts[i];
     check_number(i, "vertex", contact.vertex, vertex_count);
-    check_number(i, "body", contact.body, body_count);
+    if (contact.edges[0] == kInvalidIndex) {
+      check_number(i, "body", contact.body, body_count);
+    } else {
+      std::ranges::for_each(contact.edges,
+                            [&](Index v) { check_number(i, "vertex", v, vertex_count); });
+    }
     check_force(contact, [&](const std::string& why) { refuse_touch(i, why); });
-    slots.emplace_back(contact.vertex, contact.body);
+    keys.push_back(key_of(contact));
   }
-  std::ranges::sort(slots);
-  if (const auto twice = std::ranges::adjacent_find(slots); twice != slots.end()) {
-    throw InvalidArgument("the snapshot has two contacts of vertex " +
-                          std::to_string(twice->first) + " with body " +
-                          std::to_string(twice->second) + "; a vertex has one with each body");
+  std::ranges::sort(keys);
+  if (const auto twice = std::ranges::adjacent_find(keys); twice != keys.end()) {
+    const auto& [vertex, body, end, second, second_end] = *twice;
+    throw InvalidArgument(
+        "the snapshot has two contacts of " +
+        (end == kInvalidIndex
+             ? "vertex " + std::to_string(vertex) + " with body " + std::to_string(body)
+             : "edge " + std::to_string(vertex) + ", " + std::to_string(end) + " with edge " +
+                   std::to_string(second) + ", " + std::to_string(second_end)) +
+        "; a vertex has one with each body, and so have two edges with each other");
   }
 }
 
@@ -64,10 +107,16 @@ void set_touches(std::span<const SnapshotBodyContact> contacts, const SolverStat
   copy.touches.contacts.clear();
   remembered.clear();
   for (const SnapshotBodyContact& contact : contacts) {
-    remembered.push_back({{state.place_of_vertex[contact.vertex], contact.body},
-                          load(contact.normal),
-                          contact.force,
-                          load(contact.friction)});
+    RememberedTouch& known = remembered.emplace_back();
+    known = {{.place = state.place_of_vertex[contact.vertex], .body = contact.body},
+             load(contact.normal),
+             contact.force,
+             load(contact.friction)};
+    if (contact.edges[0] != kInvalidIndex) {
+      std::ranges::transform(contact.edges, known.slot.edges.begin(),
+                             [&](Index v) { return state.place_of_vertex[v]; });
+      known.sort_edges();
+    }
   }
   std::ranges::sort(remembered, {}, &RememberedTouch::slot);
 }

@@ -64,7 +64,9 @@ class ProgramFollower final : public Follower {
     data_.contact_bodies.drop_bodies_from(bodies);
     for (Index i = 0; i < data_.copy_count(); ++i) {
       std::erase_if(data_.copy(i).touches.remembered, [&](const RememberedTouch& known) {
-        return known.slot.place >= places || known.slot.body >= bodies;
+        const TouchSlot& slot = known.slot;
+        return slot.place >= places || slot.body >= bodies ||
+               std::ranges::any_of(slot.edges, [&](Index end) { return end >= places; });
       });
     }
     if (data_.contact_bodies.empty() != was_empty) {

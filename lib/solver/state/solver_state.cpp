@@ -276,9 +276,11 @@ std::size_t CopyState::memory_bytes() const noexcept {
     bytes += tool.grip.memory_bytes();
   }
   bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.search.seen,
-                                          touches.search.candidates);
-  for (const TouchTree& tree : touches.search.trees) {
-    bytes += sizeof(tree) + bytes_of(tree.order, tree.boxes);
+                                          touches.search.candidates, touches.search.edges);
+  for (const std::vector<TouchTree>* trees : {&touches.search.trees, &touches.search.edge_trees}) {
+    for (const TouchTree& tree : *trees) {
+      bytes += sizeof(tree) + bytes_of(tree.order, tree.boxes);
+    }
   }
   return bytes;
 }
