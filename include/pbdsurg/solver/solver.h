@@ -460,16 +460,16 @@ class PBDSURG_API Solver {
   /// @name Contact of bodies
   /// By default bodies pass through each other. Where pairs of them are to meet, each vertex of one
   /// surface keeps a distance from the nearest triangle of the other, both ways, in every substep,
-  /// with the same force on both: momentum is theirs. Where one of the two is thin, a sheet or
-  /// particles with their links, edges that cross keep it, too. Cuts, burns and undo change
-  /// surfaces as they change tissue. Vertices that links join to others, and their neighbours, do
-  /// not meet each other; once the last link there is gone, they do.
+  /// with the same force on both: momentum is theirs. So do edges that cross: all of sheets, the
+  /// links of particles, and of tetrahedra those where the surface is bent outwards at rest by 18
+  /// degrees or more. Cuts, burns and undo change surfaces as they change tissue. Vertices that
+  /// links join to others, and their neighbours, do not meet each other; once the last link there
+  /// is gone, they do.
   ///
   /// What is nearer than that distance when it starts to act, or overlaps by less than three
   /// thicknesses, parts at 0.03 m/s at most; what is deeper is left alone. What moves farther than
-  /// eight thicknesses in a substep may pass through. Edges of two solid bodies meet only where one
-  /// of their ends does: two that cross may overlap by a part of their length. Particles meet
-  /// surfaces and links, but not each other; a link meets where both of its ends are of one body.
+  /// eight thicknesses in a substep may pass through. Particles meet surfaces and links, but not
+  /// each other; a link meets where both of its ends are of one body.
   /// @{
 
   /// Lets two bodies meet in all copies, from the next step on, or changes how they do. The first
@@ -489,8 +489,8 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  naming the body that there is not
   void clear_body_contact(Index first, Index second);
 
-  /// Which vertices were near other bodies in the last substep of the last step, and which edges
-  /// of thin ones, in the order of the solver's places: within 1.5 thicknesses and their ways.
+  /// Which vertices and edges were near other bodies in the last substep of the last step, in the
+  /// order of the solver's places: within 1.5 thicknesses and their ways.
   /// Those without a force are
   /// among them. An overlap is a negative distance. Cost: O(vertices), if there are any.
   [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;

@@ -20,7 +20,7 @@ struct TissueContact {
 };
 
 /// A vertex of one body on a triangle or a link of another, or of the same; or two edges that
-/// cross, of which one is thin.
+/// cross.
 struct BodyContact {
   Index first;   ///< the vertex's body, or the first edge's, of the tissue
   Index second;  ///< the triangle's, the link's or the second edge's, likewise

@@ -2,8 +2,9 @@
 #pragma once
 
 /// @file
-/// Edges of two bodies, or of one, that cross: what no vertex sees where one of them is thin. Edges
-/// meet where each passes the other between its ends; ends are vertices, see touch_search.h.
+/// Edges of two bodies, or of one, that cross: what no vertex sees where one of them is thin, or
+/// both are sharp. Edges meet where each passes the other between its ends; ends are vertices, see
+/// touch_search.h.
 
 #include "pbdsurg/base/types.h"
 

@@ -135,10 +135,7 @@ class TouchSearch {
       if (&first != &second) {
         add_candidates(static_cast<Index>(p), second, first);
       }
-      if (bodies_.has_edges(pairs[p])) {
-        const float reach = reach_of(pairs[p]);
-        find_edges(start_, bodies_, static_cast<Index>(p), reach, search);
-      }
+      find_edges(start_, bodies_, static_cast<Index>(p), reach_of(pairs[p]), search);
     }
     std::ranges::sort(search.candidates);
     std::ranges::sort(search.edges);

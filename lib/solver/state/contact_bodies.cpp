@@ -2,6 +2,7 @@
 #include "lib/solver/state/contact_bodies.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "lib/solver/state/tissue_surface.h"
@@ -67,6 +68,20 @@ void add_particles(const Tissue& tissue, std::span<const Index> place_of_vertex,
   std::ranges::sort(body.triangles);  // two may join the same
   body.triangles.erase(std::unique(body.triangles.begin(), body.triangles.end()),
                        body.triangles.end());
+}
+
+// Whether a surface is bent outwards at an edge, by 18 degrees or more; or has no two sides there.
+bool is_sharp(const ContactBodies::Edge& edge, std::span<const Vec3<float>> positions) {
+  constexpr float kFlat = 0.95F;  // the cosine
+  if (std::ranges::find(edge.opposite, kInvalidIndex) != edge.opposite.end()) {
+    return true;
+  }
+  const Vec3<float> start = positions[edge.ends[0]], along = positions[edge.ends[1]] - start;
+  const Vec3<float> one = positions[edge.opposite[0]] - start,
+                    other = positions[edge.opposite[1]] - start;
+  const Vec3<float> first = cross(along, one), second = cross(other, along);
+  return dot(first, other) < 0 &&
+         dot(first, second) < kFlat * std::sqrt(dot(first, first)) * std::sqrt(dot(second, second));
 }
 
 std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangles) {
@@ -136,7 +151,6 @@ void ContactBodies::refresh(const Tissue& tissue, const TissueSurface& surface,
     return;
   }
   list(tissue, surface, place_of_vertex);
-  list_edges();
   mark_joined(tissue, place_of_vertex);
   list_neighbors();
   version_ = tissue.version();
@@ -154,6 +168,11 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
   std::ranges::sort(bodies_, {}, &Body::body);
   const auto same = [](const Body& a, const Body& b) { return a.body == b.body; };
   bodies_.erase(std::unique(bodies_.begin(), bodies_.end(), same), bodies_.end());
+  rest_.resize(place_of_vertex.size());
+  for (std::size_t v = 0; v < place_of_vertex.size(); ++v) {
+    const Eigen::Vector3f x = tissue.rest_positions()[v].cast<float>();
+    rest_[place_of_vertex[v]] = {x.x(), x.y(), x.z()};
+  }
   vertex_count_ = 0;
   for (Body& each : bodies_) {
     each.meets_itself = std::ranges::any_of(pairs_, [&](const ContactPair& pair) {
@@ -166,32 +185,12 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
     }
     std::ranges::sort(each.places);
     each.places.erase(std::unique(each.places.begin(), each.places.end()), each.places.end());
+    each.edges = edges_of(each.triangles);
+    if (!each.is_two_sided) {
+      std::erase_if(each.edges, [&](const Edge& edge) { return !is_sharp(edge, rest_); });
+    }
     each.first_vertex = vertex_count_;
     vertex_count_ += static_cast<Index>(each.places.size());
-  }
-  rest_.clear();
-  if (std::ranges::any_of(bodies_, &Body::meets_itself)) {
-    rest_.resize(place_of_vertex.size());
-    for (std::size_t v = 0; v < place_of_vertex.size(); ++v) {
-      const Eigen::Vector3f x = tissue.rest_positions()[v].cast<float>();
-      rest_[place_of_vertex[v]] = {x.x(), x.y(), x.z()};
-    }
-  }
-}
-
-void ContactBodies::list_edges() {
-  std::vector<bool> has_any(bodies_.size(), false);
-  const auto mark = [&](Index of_tissue) { has_any[&body(of_tissue) - bodies_.data()] = true; };
-  for (const ContactPair& pair : pairs_) {
-    if (has_edges(pair)) {
-      mark(pair.first);
-      mark(pair.second);
-    }
-  }
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (has_any[b]) {
-      bodies_[b].edges = edges_of(bodies_[b].triangles);
-    }
   }
 }
 

@@ -50,7 +50,7 @@ class ContactBodies {
     /// Each once, the smallest place first, as they are wound. Links of particles are among them,
     /// with their second end twice.
     std::vector<PlaceTriangle> triangles{};
-    /// Ascending; none where all that it meets is solid, as it is: then vertices see enough.
+    /// Ascending; of what is solid those that are sharp: vertices see all else.
     std::vector<Edge> edges{};
   };
 
@@ -78,11 +78,6 @@ class ContactBodies {
   /// Bodies of any pair, ascending.
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_; }
   [[nodiscard]] const Body& body(Index of_tissue) const noexcept;
-
-  /// Whether edges of a pair meet: one of the two is thin.
-  [[nodiscard]] bool has_edges(const ContactPair& pair) const noexcept {
-    return body(pair.first).is_two_sided || body(pair.second).is_two_sided;
-  }
   /// Vertices of all surfaces above.
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
 
@@ -101,7 +96,6 @@ class ContactBodies {
  private:
   void list(const Tissue& tissue, const TissueSurface& surface,
             std::span<const Index> place_of_vertex);
-  void list_edges();
   void mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex);
   void list_neighbors();
 
@@ -111,8 +105,8 @@ class ContactBodies {
   std::uint64_t revision_ = 0;
   std::optional<std::uint64_t> version_;  // of the tissue, that the lists are of
   std::vector<bool> is_joined_;           // [place] links end there or next to it
+  std::vector<Vec3<float>> rest_;         // [place] m
   // of surfaces that meet themselves
-  std::vector<Vec3<float>> rest_;       // [place] m
   std::vector<Index> first_neighbors_;  // [place + 1]
   std::vector<Index> neighbors_;        // places
 };
