@@ -15,17 +15,23 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kOnSurface = 1e-6F;  // m: nearer, the direction to the surface is noise
+constexpr float kOnSurface = 1e-6F;   // m: nearer, the direction to the surface is noise
+constexpr float kLeastGrasp = 1e-3F;  // N, at which a spring saturates that holds next to nothing
 
 // N/m, see tip_stiffness()
 float punch_stiffness(float radius, float youngs_modulus, float poissons_ratio) {
   return 2 * radius * youngs_modulus / (1 - poissons_ratio * poissons_ratio);
 }
 
+// Of a sheet the membrane: held all around, it bears 1.1 E h d^3 / R^2 or so at its middle, which
+// is no stiffer than E h to a depth d of half its radius R.
 float stiffness_of(const PatchTriangle& triangle, float radius) {
-  return triangle.youngs_modulus > 0
-             ? punch_stiffness(radius, triangle.youngs_modulus, triangle.poissons_ratio)
-             : kLeastStiffness;
+  if (!(triangle.youngs_modulus > 0)) {
+    return kLeastStiffness;
+  }
+  const float punch = punch_stiffness(radius, triangle.youngs_modulus, triangle.poissons_ratio);
+  return triangle.thickness > 0 ? std::min(punch, triangle.youngs_modulus * triangle.thickness)
+                                : punch;
 }
 
 bool is_in_margin(const ContactPatch& patch, const ToolPose& where) {
@@ -74,6 +80,8 @@ ContactPacket make_contact_packet(const ContactPatch& patch, const ToolPose& whe
   set_pose(packet, patch.pose);
   packet.force = packet_vector(patch.force);
   packet.grasp.state = patch.grasp;
+  const float largest = std::max({patch.slip_limit, patch.force.norm(), kLeastGrasp});
+  packet.grasp.largest_force = std::min(packet.grasp.largest_force, largest);
   float stiffness = kLeastStiffness, least_gap = std::numeric_limits<float>::max();
   for (const auto& [point, reach] : patch.points) {
     const NearestTriangle nearest = find_nearest_triangle(patch.triangles, pose * point.center);

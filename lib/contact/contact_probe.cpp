@@ -17,6 +17,13 @@ namespace {
 
 constexpr float kAll = std::numeric_limits<float>::infinity();  // m: surfaces are whole
 
+// Whether what jaws held is gone since the step began. The force of that step was theirs: of jaws
+// that are open it would push.
+bool has_lost_grip(const Solver& solver, ToolId tool) {
+  const GripState state = solver.tool_grip(tool).state;
+  return state == GripState::lost || state == GripState::torn;
+}
+
 }  // namespace
 
 struct ContactProbe::Data {
@@ -29,6 +36,7 @@ struct ContactProbe::Data {
   std::vector<ToolPoint> points;
   ContactPatch patch;                     // of make_contact_packet()
   Eigen::Vector3f displacement{0, 0, 0};  // m, of the tool, if a spring holds it
+  bool had_grasp = false;                 // in the last patch
 
   // scratch
   std::vector<ToolPoint> balls;
@@ -55,6 +63,12 @@ void ContactProbe::Data::begin(const Solver& solver, ToolId tool, GraspState gra
   into.sequence = sequence;
   into.time = time;
   into.grasp = grasp;
+  const bool has_grasp = grasp == GraspState::held;
+  if (had_grasp && !has_grasp && has_lost_grip(solver, tool)) {
+    into.force.setZero();
+  }
+  had_grasp = has_grasp;
+  into.slip_limit = solver.slip_limit(tool);
   balls.assign(points.begin(), points.end());
   for (ToolPoint& ball : balls) {
     ball.center = into.pose * ball.center;

@@ -17,7 +17,7 @@ NearTriangles::NearTriangles(const Tissue& tissue, std::span<const Index> bodies
                              float fastest_tissue)
     : fastest_tissue_(fastest_tissue) {
   for (const Index body : bodies) {
-    surfaces_.push_back({shared_surface(tissue, body)});
+    surfaces_.push_back({shared_surface(tissue, body), tissue.body(body).thickness});
   }
 }
 
@@ -37,7 +37,7 @@ CulledSurface NearTriangles::culled(const Tissue& tissue, std::size_t body,
   const Material& material = tissue.body(index).material;
   const bool is_solid = material.model == ElasticModel::neo_hookean;
   return {triangles, positions, is_solid ? material.youngs_modulus : 0,
-          is_solid ? material.poissons_ratio : 0};
+          is_solid ? material.poissons_ratio : 0, surfaces_[body].thickness};
 }
 
 void NearTriangles::add_near(const Tissue& tissue, std::vector<CulledSurface>& surfaces) const {
@@ -110,6 +110,7 @@ void NearTriangles::follow(Surface& surface) {
     Group& group = surface.groups[g];
     const Index first = static_cast<Index>(g) * kGroup;
     if (group.triangles.empty()) {  // new: all that it will have is near
+      group.thickness = surface.thickness;
       group.looked_at = travelled_;
       group.slack = kSlack;
       std::ranges::copy(reaches_, group.reaches.begin());
@@ -230,7 +231,7 @@ void NearTriangles::note_found() {
 void NearTriangles::look_at_due(std::span<const ToolPoint> balls) {
   culled_.clear();
   for (const Group* group : looked_at_) {
-    culled_.push_back({group->triangles, positions_, 0, 0});
+    culled_.push_back({group->triangles, positions_, 0, 0, group->thickness});
   }
   distances_.clear();
   for (const float reach : reaches_) {
@@ -247,7 +248,7 @@ void NearTriangles::look_at_all(const Solver& solver, std::span<const ToolPoint>
   looked_at_.clear();
   for_each_group([&](Group& group) {
     looked_at_.push_back(&group);
-    culled_.push_back({group.triangles, positions_, 0, 0});
+    culled_.push_back({group.triangles, positions_, 0, 0, group.thickness});
   });
   distances_.assign(balls.size(), kUnbounded);
   cull_.find(culled_, balls, distances_, ContactPatch::kMargin + kSlack);

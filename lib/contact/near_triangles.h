@@ -62,6 +62,7 @@ class NearTriangles {
  private:
   // Slots that are looked at together, and what was found near. Corners are in vertices_.
   struct Group {
+    float thickness = 0;                // m, of a sheet
     std::vector<Triangle> triangles{};  // [slot]
     std::vector<Index> vertices{};      // theirs, once each
     std::vector<Index> near{};          // slots, ascending
@@ -73,6 +74,7 @@ class NearTriangles {
   };
   struct Surface {
     std::shared_ptr<const LiveSurface> live;
+    float thickness = 0;  // m, of a sheet
     std::uint64_t seen_version = 0;
     int seen_renumberings = 0;
     std::vector<Group> groups{};

@@ -66,7 +66,8 @@ NearestTriangle find_nearest_triangle(std::span<const PatchTriangle> triangles,
       nearest = {&triangle, on, away, away.norm()};
     }
   }
-  if (nearest.triangle != nullptr && !is_outside(triangles, point, nearest)) {
+  if (nearest.triangle != nullptr && !(nearest.triangle->thickness > 0) &&
+      !is_outside(triangles, point, nearest)) {
     nearest.distance = -nearest.distance;
   }
   return nearest;

@@ -39,8 +39,8 @@ inline constexpr float kDistanceRounding = 1e-6F;
 /// The first of those at the least distance. The side is that of all triangles at the nearest
 /// point, as at an acute edge one of two faces away: by the sum of their normals, weighted with
 /// angles (Baerentzen and Aanaes, "Signed distance computation using the angle weighted
-/// pseudonormal", IEEE Trans. Visualization and Computer Graphics 11(3), 2005). Triangles that are
-/// not finite are nowhere.
+/// pseudonormal", IEEE Trans. Visualization and Computer Graphics 11(3), 2005). Sheets have
+/// no inside. Triangles that are not finite are nowhere.
 [[nodiscard]] NearestTriangle find_nearest_triangle(std::span<const PatchTriangle> triangles,
                                                     const Eigen::Vector3f& point) noexcept;
 

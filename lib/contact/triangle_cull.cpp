@@ -91,7 +91,8 @@ void TriangleCull::take(std::span<const CulledSurface> surfaces, const Reaches& 
     const EachBall squares = reaches.squares_to(a);
     nearest = nearest.min(squares);
     if ((squares <= (reaches.distance + (size + kDistanceRounding)).square()).any()) {
-      taken.triangles.push_back({{a, b, c}, size, surface.youngs_modulus, surface.poissons_ratio});
+      taken.triangles.push_back(
+          {{a, b, c}, size, surface.youngs_modulus, surface.poissons_ratio, surface.thickness});
       taken.places.push_back(place);
     } else {
       gap = 0;

@@ -21,6 +21,7 @@ struct CulledSurface {
   std::span<const Eigen::Vector3f> positions;  ///< m
   float youngs_modulus;                        ///< see PatchTriangle
   float poissons_ratio;                        ///< likewise
+  float thickness;                             ///< likewise
 };
 
 /// Leaves out what is too far to be the nearest triangle of a point, or to be told. Keeps its

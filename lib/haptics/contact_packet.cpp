@@ -129,16 +129,43 @@ void fit_grasp(ContactPacket& packet, float stiffness) {
 
 using Shares = std::array<float, ContactPacket::kLargestPlaneCount>;
 
+// Of each plane, of the stiffness of the nearest.
+void find_shares(const ContactPacket& packet, const Shares& gaps, Shares& shares) {
+  float nearest = std::numeric_limits<float>::max();
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    nearest = std::min(nearest, std::max(0.0F, gaps[i]));
+  }
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    shares[i] = std::max(kLeastShare, 1 - (std::max(0.0F, gaps[i]) - nearest) / kFarther);
+  }
+}
+
 // N: least squares with pushes only, by Gauss-Seidel, of those planes that touch; returns what
-// they do not bear.
-Eigen::Vector3f solve_pushes(const ContactPacket& packet, const Shares& gaps, Shares& pushes) {
-  Eigen::Vector3f rest = vector_of(packet.force);
+// they do not bear. Begins with pushes by stiffness: planes that look alike push alike, and lose
+// touch together, else the tissue would seem as soft as one of them to a tool that goes back.
+Eigen::Vector3f solve_pushes(const ContactPacket& packet, const Shares& gaps, const Shares& shares,
+                             Shares& pushes) {
+  const Eigen::Vector3f force = vector_of(packet.force);
+  const auto normal_of = [&](std::uint32_t i) { return vector_of(packet.planes[i].normal); };
+  Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    if (gaps[i] < kTouching) {
+      sum += shares[i] * normal_of(i) * normal_of(i).transpose();
+    }
+  }
+  const float stiffest = largest_eigenvalue(sum);
+  Eigen::Vector3f rest = force;
+  for (std::uint32_t i = 0; i < packet.plane_count && stiffest > 0; ++i) {
+    if (gaps[i] < kTouching) {
+      pushes[i] = shares[i] / stiffest * std::max(0.0F, normal_of(i).dot(force));
+      rest -= pushes[i] * normal_of(i);
+    }
+  }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
       if (gaps[i] < kTouching) {
-        const Eigen::Vector3f normal = vector_of(packet.planes[i].normal);
-        const float push = std::max(0.0F, pushes[i] + normal.dot(rest));
-        rest -= (push - pushes[i]) * normal;
+        const float push = std::max(0.0F, pushes[i] + normal_of(i).dot(rest));
+        rest -= (push - pushes[i]) * normal_of(i);
         pushes[i] = push;
       }
     }
@@ -159,17 +186,19 @@ void fit_to_force(ContactPacket& packet, float stiffness) noexcept {
       gaps[i] = gap_of(packet.planes[i], pose);
     }
   };
-  Shares gaps{}, pushes{};
+  Shares gaps{}, shares{}, pushes{};
   find_gaps(gaps);
-  Eigen::Vector3f rest = solve_pushes(packet, gaps, pushes);
+  find_shares(packet, gaps, shares);
+  Eigen::Vector3f rest = solve_pushes(packet, gaps, shares, pushes);
   std::uint32_t extra = ContactPacket::kLargestPlaneCount;  // none
   if (rest.norm() > kLeastForce) {
     if (packet.plane_count == ContactPacket::kLargestPlaneCount) {
       const auto farthest = std::max_element(gaps.begin(), gaps.end()) - gaps.begin();
       packet.planes[static_cast<std::size_t>(farthest)] = packet.planes[--packet.plane_count];
       find_gaps(gaps);
+      find_shares(packet, gaps, shares);
       pushes = {};
-      rest = solve_pushes(packet, gaps, pushes);
+      rest = solve_pushes(packet, gaps, shares, pushes);
     }
     extra = packet.plane_count++;
     packet.planes[extra] = {.normal = packet_vector(rest.normalized())};
@@ -178,16 +207,10 @@ void fit_to_force(ContactPacket& packet, float stiffness) noexcept {
     packet.planes[extra].offset = vector_of(packet.planes[extra].normal).dot(pose.translation());
   }
 
-  float nearest = std::numeric_limits<float>::max();
-  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
-    gaps[i] = std::max(0.0F, gaps[i]);
-    nearest = std::min(nearest, gaps[i]);
-  }
   for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
     // what planes cannot bear is mostly noise: it is as stiff as it is large
     packet.planes[i].stiffness =
-        i == extra ? std::max(kLeastShare, pushes[i] / vector_of(packet.force).norm())
-                   : std::max(kLeastShare, 1 - (gaps[i] - nearest) / kFarther);
+        i == extra ? std::max(kLeastShare, pushes[i] / vector_of(packet.force).norm()) : shares[i];
   }
   const float sum = largest_eigenvalue(summed_stiffness(packet));
   for (std::uint32_t i = 0; i < packet.plane_count; ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Grips of a solver: what jaws hold with a limit.
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -177,6 +178,14 @@ std::vector<ToolId> Solver::lost_grips(Index copy) const {
   return lost;
 }
 
+float Solver::slip_limit(ToolId tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  data_->finish_running_step();
+  const ToolGrip& grip = state.grip;
+  return grip.is_shut() ? 2 * grip.limits.friction * grip.limits.clamp_force
+                        : std::numeric_limits<float>::infinity();
+}
+
 GripReport Solver::tool_grip(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
@@ -187,7 +196,7 @@ GripReport Solver::tool_grip(ToolId tool, Index copy) const {
   report.slid = grip.slid;
   if (grip.is_shut()) {
     report.clamp_force = grip.limits.clamp_force;
-    report.slip_limit = 2 * grip.limits.friction * grip.limits.clamp_force;
+    report.slip_limit = slip_limit(tool, copy);
     report.tear_limit =
         grip.limits.tear_strength * grip.width_across(state.pose.linear().transpose() * grip.pull);
   }

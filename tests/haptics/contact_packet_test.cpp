@@ -84,6 +84,25 @@ TEST_CASE("contact packet: a fitted packet pushes as the simulation does", "[uni
   CHECK(plane_force(near, pose).y() == Approx(120 * 1e-3F).epsilon(0.01));
 }
 
+// Would catch one plane that bears it all: as a tool goes back it would lose the others at once,
+// and the tissue would seem a quarter as stiff.
+TEST_CASE("contact packet: planes that are alike bear alike", "[unit]") {
+  ContactPacket packet;
+  packet.plane_count = 4;
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    packet.planes[i].point = {0.01F * static_cast<float>(i % 2), 0.01F * static_cast<float>(i / 2),
+                              0};
+  }
+  packet.force = {0, 0, 1};
+  fit_to_force(packet, 200);
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    CHECK(packet.planes[i].offset == Approx(1.0 / 200));
+  }
+  Eigen::Isometry3f pose = pose_of(packet);
+  pose.translation().z() += 2e-3F;
+  CHECK(plane_force(packet, pose).z() == Approx(1 - 200 * 2e-3));
+}
+
 TEST_CASE("contact packet: a grasp bears no more than it can", "[unit]") {
   ContactPacket packet = packet_of({});
   packet.grasp.state = GraspState::held;

@@ -23,6 +23,7 @@ struct Plant {
   double mass = 0.045;                ///< kg
   double damping = 0.3;               ///< N s/m
   bool has_hand = false;              ///< which pulls to Rig::target by 150 N/m and 3 N s/m
+  bool is_guided = false;             ///< along y: a tip alone would slide off what it presses on
   double encoder = 55e-6;             ///< m, its step
   Eigen::Vector3d position{0, 0, 0};  ///< m
   Eigen::Vector3d velocity{0, 0, 0};  ///< m/s
@@ -119,6 +120,9 @@ class Rig {
       if (plant.has_hand) {
         sum += kHandStiffness * (target - plant.position) +
                kHandDamping * (target_velocity - plant.velocity);
+      }
+      if (plant.is_guided) {
+        sum.x() = sum.z() = 0;
       }
       const Eigen::Vector3d before = plant.velocity;
       plant.velocity += step / plant.mass * sum;

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "pbdsurg/base/error.h"
@@ -40,6 +41,7 @@ struct PatchTriangle {
   float size;            ///< m, from the first corner to the farther one: no point of it is farther
   float youngs_modulus;  ///< Pa; 0 of springs, for which kLeastStiffness of haptics/servo.h stands
   float poissons_ratio;  ///< in [0, 0.5)
+  float thickness = 0;   ///< m, of a sheet, which has no inside; 0 of the surface of a solid
 };
 
 /// A point of a tool, and how far the triangles around it are all there.
@@ -73,20 +75,24 @@ struct ContactPatch {
   static constexpr float kReach = 5e-3F;   ///< m: tissue this near a point is told before touch
   static constexpr float kMargin = 2e-3F;  ///< m: how far a point may be from where the step had it
 
-  std::uint64_t sequence = 0;              ///< of the step, above zero; 0 is no patch
-  double time = 0;                         ///< s, of the step
-  ToolPose pose = ToolPose::Identity();    ///< of the tool after it; on a spring, where it is to be
-  Eigen::Vector3f force{0, 0, 0};          ///< N, of the tissue on the tool in it
-  GraspState grasp = GraspState::open;     ///< what the tool does to tissue
-  std::vector<PatchPoint> points{};        ///< [n] of the tool, at most as many as a packet's
-  std::vector<PatchTriangle> triangles{};  ///< by body, in the order of its surface
+  std::uint64_t sequence = 0;            ///< of the step, above zero; 0 is no patch
+  double time = 0;                       ///< s, of the step
+  ToolPose pose = ToolPose::Identity();  ///< of the tool after it; on a spring, where it is to be
+  Eigen::Vector3f force{0, 0, 0};  ///< N, of the tissue on the tool in it, but of what it lost then
+  GraspState grasp = GraspState::open;  ///< what the tool does to tissue
+  float slip_limit =
+      std::numeric_limits<float>::infinity();  ///< N, >= 0: Solver::slip_limit() of the tool
+  std::vector<PatchPoint> points{};            ///< [n] of the tool, at most as many as a packet's
+  std::vector<PatchTriangle> triangles{};      ///< by body, in the order of its surface
 };
 
 /// A plane for each point of the tool that has tissue within kReach, and for those inside: that at
 /// the nearest point of all triangles. They are as stiff as the nearest body's tip_stiffness() for
-/// the point of the least gap, of springs kLeastStiffness of haptics/servo.h; and they push at the
-/// step's pose, which is the packet's, as the tissue pushes in the simulation: fit_to_force(). The
-/// torque is that of these planes. Drag is zero: who knows that the tool is in fat or membrane sets
+/// the point of the least gap, of sheets no stiffer than their modulus times their thickness, of
+/// springs kLeastStiffness of haptics/servo.h; and they push at the step's pose, which is the
+/// packet's, as the tissue pushes in the simulation: fit_to_force(). The spring of what the tool
+/// holds saturates where that slips, or at the step's force, if more pulls across the jaws. The
+/// torque is that of the planes. Drag is zero: who knows that the tool is in fat or membrane sets
 /// it.
 ///
 /// Depends on its arguments alone. Cost: O(points * triangles), no allocation; 0.025 ms of eight

@@ -436,6 +436,9 @@ class PBDSURG_API Solver {
   /// What became of a tool's grip. Cost: O(points), and O(tets) at what tore.
   [[nodiscard]] GripReport tool_grip(ToolId tool, Index copy = 0) const;
 
+  /// N, GripReport::slip_limit of a tool that has a grip; infinite for all others. Cost: O(1).
+  [[nodiscard]] float slip_limit(ToolId tool, Index copy = 0) const;
+
   /// Tools whose grips were lost or torn in the last step, ascending.
   [[nodiscard]] std::vector<ToolId> lost_grips(Index copy = 0) const;
 
