@@ -79,6 +79,9 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
       corners.places[0] = first;
       corners.places[1] = second;
     } else {
+      if (feature.places[1] == feature.places[2]) {  // a link has edges alone
+        return false;
+      }
       feature.sort();
       corners.count = 3;
       for (int k = 0; k < 3; ++k) {
@@ -357,7 +360,9 @@ class NearCandidates {
         add(2, first + part);
       }
     }
-    add(3, first + 3);
+    if (places[1] != places[2]) {  // no link
+      add(3, first + 3);
+    }
   }
 
   Index vertices_[kItems], edges_[3 * kItems], triangles_[kItems];

@@ -118,6 +118,40 @@ TEST_CASE("cuda surfaces: a hook that presses, drags and lifts has the serial bi
   CHECK(most > 5);
 }
 
+// Would catch links of particles that a kernel passes over, or takes for triangles.
+TEST_CASE("cuda surfaces: a hook that lifts a thread has the serial bits", "[device]") {
+  const SolverOptions options = any_options();
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(options.integration));
+  constexpr float kLink = 8e-3F, kSlack = 1.1F, kHeight = 16e-3F;
+  Scene scene = make_block(options);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 4; ++i) {
+    points.emplace_back(kLink * static_cast<float>(i), 2e-3, kHeight);
+  }
+  const BodyId thread = scene.add_particles("thread", points, 1e-4);
+  scene.fix_vertices(thread, std::array{0, 3});
+  const Index first = scene.body(thread).first_vertex;
+  for (Index i = 0; i < 3; ++i) {
+    scene.add_link({first + i, first + i + 1, kSlack * kLink, {.compliance = 1e-3F}});
+  }
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  const Capsule across{{0, -6e-3F, 0}, {0, 6e-3F, 0}, kRadius};
+  const auto below = [](int step) {
+    return at({1.4F * kLink, 2e-3F, kHeight - 4e-3F + 0.2e-3F * static_cast<float>(step)});
+  };
+  ToolId hook{};
+  pair.both([&](Solver& solver) { hook = solver.add_tool({&across, 1}, below(0)); });
+  std::size_t most = 0;
+  for (int i = 1; i <= 40; ++i) {
+    CAPTURE(i);
+    pair.both([&](Solver& solver) { solver.move_tool(hook, below(i)); });
+    pair.step_and_compare(kStep);
+    check_same_contacts(pair, hook);
+    most = std::max(most, pair.serial.tool_contacts(hook).size());
+  }
+  CHECK(most > 0);
+}
+
 // Would catch a device that places capsules where no joint takes them, or keeps what a tool had
 // that was removed: other tools go on.
 TEST_CASE("cuda surfaces: joints turn and tools go with the serial bits", "[device]") {

@@ -280,9 +280,9 @@ TEST_CASE("cuda fillings: a team projects a lumen with the bits of vertex blocks
           REQUIRE((here.x == there.x && here.y == there.y && here.z == there.z));
         }
       }
-      std::vector<Index> list;
       for (Index piece = 0; piece < data.free_pieces.count(); ++piece) {
-        const bool moves = !scratch.pushed.places(data.free_pieces, piece, list).empty();
+        bool moves = false;
+        scratch.pushed.for_each_with(piece, [&](Index) { moves = true; });
         REQUIRE((groups[piece] == piece) == moves);
       }
     }

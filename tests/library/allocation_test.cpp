@@ -92,6 +92,49 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   CHECK(contacts > 0);
 }
 
+// Would catch lists of what is near, or of pieces that push each other, that grow within a step:
+// blocks that fall on each other, and a strip.
+TEST_CASE("solver: bodies that meet allocate nothing after the first step", "[validation]") {
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  Scene scene;
+  const auto block = [&](const char* name, double height) {
+    const TetMesh box = testing::make_box({5, 5, 2}, kSoftEdge);
+    std::vector<Eigen::Vector3d> positions(box.positions().begin(), box.positions().end());
+    for (Eigen::Vector3d& x : positions) {
+      x.z() += height;
+    }
+    return scene.add_body(name, TetMesh(positions, {box.tets().begin(), box.tets().end()}));
+  };
+  constexpr double kHeight = 2 * kSoftEdge, kApart = 2e-3;
+  scene.set_gravity({0, 0, -9.81F});
+  scene.fix_where(block("table", 0), [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  block("lower", kHeight + kApart);
+  block("upper", 2 * (kHeight + kApart));
+  const double strip = 3 * (kHeight + kApart);
+  scene.add_sheet("strip",
+                  std::vector<Eigen::Vector3d>{{0, 0, strip},
+                                               {5 * kSoftEdge, 0, strip},
+                                               {5 * kSoftEdge, 2 * kSoftEdge, strip},
+                                               {0, 2 * kSoftEdge, strip}},
+                  std::array<Triangle, 2>{{{0, 1, 2}, {0, 2, 3}}});
+  Solver solver(scene, testing::small_steps({.method = method, .executor = executor}));
+  for (const Index body : {0, 1, 2}) {
+    solver.set_body_contact(body, body + 1, {.thickness = 0.5e-3F, .friction = 0.3F});
+  }
+  solver.step(kTimeStep);
+  long allocations = 0;
+  std::size_t contacts = 0;
+  for (int i = 0; i < 40; ++i) {
+    const long before = allocation_count;
+    solver.step(kTimeStep);
+    allocations += allocation_count - before;
+    contacts = std::max(contacts, solver.body_contacts().size());
+  }
+  CHECK(allocations == 0);
+  CHECK(contacts > 100);
+}
+
 // Would catch lists that a patch or its probe makes anew: the simulation waits for memory then, and
 // with it all that a mailbox feeds.
 TEST_CASE("contact: patches and packets allocate nothing once all slots of a mailbox were filled",

@@ -353,6 +353,61 @@ TEST_CASE("edge contact: steps go on after a snapshot and a compaction as withou
   CHECK_THROWS_WITH(solver.restore(bad), ContainsSubstring("vertex 8"));
 }
 
+// Would catch a hook that passes between the particles of a thread: it takes a slack one up at the
+// middle of a link.
+TEST_CASE("edge contact: a hook lifts a thread", "[validation]") {
+  const SolverMethod method = any_sweeping_method();
+  const TimeIntegration integration = any_integration();
+  CAPTURE(static_cast<int>(method), static_cast<int>(integration));
+  constexpr double kHalf = 18e-3, kLink = 10e-3;  // m, between ends that are held, and of a link
+  constexpr float kRadius = 0.5e-3F;
+  const double depth = std::sqrt(4 * kLink * kLink - kHalf * kHalf);
+  Scene scene;
+  scene.set_gravity({0, -kFreeFall, 0});
+  const BodyId thread = scene.add_particles("thread",
+                                            std::vector<Vector3d>{{-kHalf, 0, 0},
+                                                                  {-kHalf / 2, -depth / 2, 0},
+                                                                  {0, -depth, 0},
+                                                                  {kHalf / 2, -depth / 2, 0},
+                                                                  {kHalf, 0, 0}},
+                                            kBead);
+  scene.fix_vertices(thread, std::array{0, 4});
+  for (Index i = 0; i < 4; ++i) {
+    scene.add_link({i, i + 1, static_cast<float>(kLink), {}});
+  }
+  Solver solver(scene, quick_options(method, integration));
+  const auto x = static_cast<float>(kHalf / 4);
+  const float from = static_cast<float>(-0.75 * depth) - 2 * kRadius;
+  const Capsule hook{{x, from, -5e-3F}, {x, from, 5e-3F}, kRadius};
+  const ToolId tool = solver.add_tool({&hook, 1}, ToolPose::Identity());
+  solver.step(kUsualStep);
+  CHECK(solver.tool_force(tool).norm() == 0);
+
+  constexpr int kSteps = 240;
+  constexpr float kRise = 8e-3F;
+  ToolPose pose = ToolPose::Identity();
+  float force = 0;
+  for (int i = 1; i <= 2 * kSteps; ++i) {
+    pose.translation().y() = kRise * std::min(1.0F, static_cast<float>(i) / kSteps);
+    solver.move_tool(tool, pose);
+    REQUIRE(solver.step(kUsualStep).non_finite_vertices == 0);
+    force -= i < 2 * kSteps - 100 ? 0 : solver.tool_force(tool).y() / 101;
+  }
+
+  const std::vector<Vector3f> at = solver.positions();
+  float above = 1;  // of the thread over the hook's axis
+  for (Index i = 0; i < 4; ++i) {
+    const Vector3f along = at[i + 1] - at[i];
+    const Vector3f axis(x, from + kRise, at[i].z());
+    const float share = std::clamp((axis - at[i]).dot(along) / along.squaredNorm(), 0.0F, 1.0F);
+    above = std::min(above, (at[i] + share * along - axis).norm());
+  }
+  CAPTURE(force, above, at[2], at[3]);
+  CHECK(force > 0.5F * kFreeFall * static_cast<float>(kBead));
+  CHECK(above > 0.95F * kRadius);
+  CHECK(std::max(at[2].y(), at[3].y()) > from + kRise - kRadius);
+}
+
 // Would catch what is sewn together pushing itself apart, and a thread that parts jumping.
 TEST_CASE("edge contact: a thread meets no tissue that it is tied to") {
   const SolverMethod method = any_sweeping_method();

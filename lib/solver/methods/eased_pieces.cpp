@@ -21,13 +21,13 @@ namespace {
 template <class Sums, class Add>
 Sums sum_over(const StepContext& step, const MovingPiece& piece, const Add& add) {
   std::array<Sums, kMomentumSums> sums;
-  const std::span<const Index> places = piece.places();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (piece.counts(places[i])) {
-      const double mass = 1 / static_cast<double>(step.copy.particles[places[i]].w);
-      add(sums[i % kMomentumSums], places[i], mass);
+  std::size_t i = 0;
+  piece.for_each_place([&](Index place) {
+    Sums& sum = sums[i++ % kMomentumSums];
+    if (piece.counts(place)) {
+      add(sum, place, 1 / static_cast<double>(step.copy.particles[place].w));
     }
-  }
+  });
   return total(sums);
 }
 
@@ -68,13 +68,13 @@ class EasedPiece {
   }
 
   void ease(const Easing& easing) const {
-    for (const Index place : piece_.places()) {
+    piece_.for_each_place([&](Index place) {
       if (piece_.counts(place)) {
         const Vec3<float> along = part_of(motion_, position(place));
         speed_up(step_.copy.velocities[place], static_cast<float>(easing.now) * along);
         speed_up(step_.copy.velocities_before[place], static_cast<float>(easing.before) * along);
       }
-    }
+    });
   }
 
  private:

@@ -144,6 +144,9 @@ class FeatureSearch {
         consider(std::array{first, second});
       }
     }
+    if (triangle[1] == triangle[2]) {  // a link
+      return;
+    }
     std::array<Index, 3> places = triangle;
     std::ranges::sort(places);
     consider(places);

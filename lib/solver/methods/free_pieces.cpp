@@ -191,12 +191,12 @@ void keep_momentum(const StepContext& step, Index index) {
     return;
   }
   const RigidMove move = piece.momentum().rigid_move();
-  for (const Index place : piece.places()) {
+  piece.for_each_place([&](Index place) {
     if (piece.counts(place)) {
       Particle& p = step.scratch.displacements[place];
       store(p, load(p) - part_of(move, piece.arm(place)));
     }
-  }
+  });
 }
 
 }  // namespace pbdsurg

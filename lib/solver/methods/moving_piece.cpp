@@ -5,15 +5,11 @@
 
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
-#include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
 
 MovingPiece::MovingPiece(const StepContext& step, Index piece, const PushedPieces* groups)
-    : step_(step),
-      places_(groups != nullptr ? groups->places(step.data.free_pieces, piece, room_)
-                                : step.data.free_pieces.places(piece)),
-      is_from_end_(has_past(step.data.options)) {}
+    : step_(step), piece_(piece), groups_(groups), is_from_end_(has_past(step.data.options)) {}
 
 bool MovingPiece::counts(Index place) const {
   const Particle& p = step_.scratch.displacements[place];
@@ -28,14 +24,15 @@ Vec3<double> MovingPiece::arm(Index place) const {
 
 MomentumSums MovingPiece::momentum() const {
   std::array<MomentumSums, kMomentumSums> sums;
-  for (Index i = 0; i < static_cast<Index>(places_.size()); ++i) {
-    const Index place = places_[i];
+  std::size_t i = 0;
+  for_each_place([&](Index place) {
+    MomentumSums& sum = sums[i++ % kMomentumSums];
     const Particle& p = step_.scratch.displacements[place];
     if (counts(place)) {
-      sums[i % kMomentumSums].add(1 / static_cast<double>(p.w), arm(place),
-                                  to_double(load(p) - load(step_.scratch.flights[place])));
+      sum.add(1 / static_cast<double>(p.w), arm(place),
+              to_double(load(p) - load(step_.scratch.flights[place])));
     }
-  }
+  });
   return total(sums);
 }
 

@@ -4,14 +4,17 @@
 /// @file
 /// A free piece of tissue within a substep of vertex blocks, on a host.
 
+#include <algorithm>
 #include <array>
-#include <span>
-#include <vector>
+#include <cstddef>
 
 #include "pbdsurg/base/types.h"
 
+#include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/momentum.h"
+#include "lib/solver/methods/pushed_pieces.h"
 #include "lib/solver/program/step_scratch.h"
+#include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
 
@@ -31,20 +34,27 @@ class MovingPiece {
   /// @param groups  all pieces that go with it move; none if others have it: see pushed_pieces.h.
   ///                Null: it moves by itself
   MovingPiece(const StepContext& step, Index piece, const PushedPieces* groups);
-  MovingPiece(const MovingPiece&) = delete;
-  MovingPiece& operator=(const MovingPiece&) = delete;
-
-  [[nodiscard]] std::span<const Index> places() const noexcept { return places_; }
+  /// Calls visit(place) for its vertices, piece by piece.
+  template <class Visit>
+  void for_each_place(const Visit& visit) const {
+    const FreePieces& pieces = step_.data.free_pieces;
+    const auto visit_all = [&](Index piece) { std::ranges::for_each(pieces.places(piece), visit); };
+    if (groups_ == nullptr) {
+      visit_all(piece_);
+    } else {
+      groups_->for_each_with(piece_, visit_all);
+    }
+  }
 
   /// Calls visit(hold) for what tools and other bodies do at its vertices.
   template <class Visit>
   void for_each_hold(const Visit& visit) const {
-    for (const Index place : places_) {
+    for_each_place([&](Index place) {
       for (Index h = step_.scratch.first_holds[place]; h != kInvalidIndex;
            h = step_.scratch.holds[h].next) {
         visit(step_.scratch.holds[h]);
       }
-    }
+    });
   }
 
   /// See keeps_momentum() and arm_of().
@@ -55,8 +65,8 @@ class MovingPiece {
 
  private:
   const StepContext& step_;
-  std::vector<Index> room_;
-  std::span<const Index> places_;
+  Index piece_;
+  const PushedPieces* groups_;
   bool is_from_end_;
 };
 

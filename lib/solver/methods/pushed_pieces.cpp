@@ -42,24 +42,6 @@ void PushedPieces::join(Index first, Index second) {
   }
 }
 
-std::span<const Index> PushedPieces::places(const PieceLists& pieces, Index piece,
-                                            std::vector<Index>& room) const {
-  if (groups_[piece] != piece || is_anchored_[piece] != 0) {
-    return {};
-  }
-  if (std::ranges::count(groups_, piece) == 1) {
-    return pieces.places(piece);
-  }
-  room.clear();
-  for (Index other = 0; other < pieces.count(); ++other) {
-    if (groups_[other] == piece) {
-      const std::span<const Index> own = pieces.places(other);
-      room.insert(room.end(), own.begin(), own.end());
-    }
-  }
-  return room;
-}
-
 std::size_t PushedPieces::memory_bytes() const noexcept {
   return (piece_of_.capacity() + groups_.capacity()) * sizeof(Index) + is_anchored_.capacity();
 }

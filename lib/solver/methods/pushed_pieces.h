@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
@@ -34,11 +33,19 @@ class PushedPieces {
   /// And of one that its places have on each other. Cost: O(pieces), where it is their first.
   void join(Index first, Index second);
 
-  /// Of pieces that keep their momentum with this one: it, if there are no others; none, if it was
-  /// pushed from outside, or the lists of another have it.
-  /// @param room  for a list
-  [[nodiscard]] std::span<const Index> places(const PieceLists& pieces, Index piece,
-                                              std::vector<Index>& room) const;
+  /// Calls visit(piece) for those that keep their momentum with this one, ascending: it, if there
+  /// are no others; none, if it was pushed from outside, or goes with an earlier one.
+  template <class Visit>
+  void for_each_with(Index piece, const Visit& visit) const {
+    if (groups_[piece] != piece || is_anchored_[piece] != 0) {
+      return;
+    }
+    for (auto other = piece; other < static_cast<Index>(groups_.size()); ++other) {
+      if (groups_[other] == piece) {
+        visit(other);
+      }
+    }
+  }
 
   /// The first of the pieces that keep their momentum with the one at a place; kInvalidIndex: none.
   [[nodiscard]] Index group_at(Index place) const {

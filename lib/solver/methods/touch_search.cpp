@@ -17,7 +17,8 @@ namespace {
 using Vector = Vec3<float>;
 using Eigen::Vector3f;
 
-constexpr float kSlack = 2;  // thicknesses that surfaces may move between two searches
+constexpr float kSlack = 2;       // thicknesses that surfaces may move between two searches
+constexpr std::size_t kRoom = 8;  // candidates a vertex: with more, lists grow in a step
 // Of cosines between what a vertex left last and what is near it now: beyond, it is on the other
 // side of a thin wall.
 constexpr float kOtherWall = -0.5F;
@@ -127,6 +128,8 @@ class TouchSearch {
     search.revision = bodies_.revision();
     search.candidates.clear();
     search.edges.clear();
+    search.candidates.reserve(kRoom * search.seen.size());
+    search.edges.reserve(kRoom * search.seen.size());
     const std::span<const ContactPair> pairs = bodies_.pairs();
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       const ContactBodies::Body& first = bodies_.body(pairs[p].first);

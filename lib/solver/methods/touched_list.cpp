@@ -9,6 +9,7 @@ namespace pbdsurg {
 
 void TouchedPieces::begin(Index piece_count) {
   pieces_.clear();
+  pieces_.reserve(static_cast<std::size_t>(piece_count));
   index_of_.assign(static_cast<std::size_t>(piece_count), kInvalidIndex);
 }
 

@@ -69,11 +69,11 @@ void move(const StepContext& step, const TouchedPiece& touched, const Screw& twi
   const MovingPiece piece(step, touched.piece, groups_of(step));
   const MovingVertices vertices = moving_vertices(step);
   const RigidMove rigid{twist.linear, twist.angular, touched.sums.centre()};
-  for (const Index place : piece.places()) {
+  piece.for_each_place([&](Index place) {
     if (piece.counts(place)) {
       go_on(step, vertices, place, part_of(rigid, piece.arm(place)));
     }
-  }
+  });
 }
 
 // By itself, as devices do it.

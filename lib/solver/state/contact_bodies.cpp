@@ -26,10 +26,6 @@ bool has(const PlaceTriangle& triangle, Index place) {
   return std::ranges::find(triangle, place) != triangle.end();
 }
 
-bool has_particles(const Body& body) {
-  return body.tet_count == 0 && body.triangle_count == 0;
-}
-
 // Whether a link is part of a body of particles: what it joins may meet.
 bool is_within_particles(const Tissue& tissue, const Link& link) {
   const Index body = tissue.body_of_vertex(link.first);
@@ -50,24 +46,14 @@ void add_surface(const TissueSurface& surface, ContactBodies::Body& body) {
   }
 }
 
-void add_particles(const Tissue& tissue, std::span<const Index> place_of_vertex,
-                   ContactBodies::Body& body) {
+void add_particles(const Tissue& tissue, const TissueSurface& surface,
+                   std::span<const Index> place_of_vertex, ContactBodies::Body& body) {
   for (const Index v : tissue.vertices_of(body.body)) {
-    if (!tissue.has_tissue(v)) {
-      continue;
-    }
-    body.places.push_back(place_of_vertex[v]);
-    for (const Index l : tissue.links_at(v)) {
-      const Link& link = tissue.links()[l];
-      if (link.first == v && tissue.body_of_vertex(link.second) == body.body) {
-        const auto [a, b] = std::minmax(place_of_vertex[link.first], place_of_vertex[link.second]);
-        body.triangles.push_back({a, b, b});
-      }
+    if (tissue.has_tissue(v)) {
+      body.places.push_back(place_of_vertex[v]);
     }
   }
-  std::ranges::sort(body.triangles);  // two may join the same
-  body.triangles.erase(std::unique(body.triangles.begin(), body.triangles.end()),
-                       body.triangles.end());
+  body.triangles = surface.links_of(tissue, body.body);
 }
 
 // Whether a surface is bent outwards at an edge, by 18 degrees or more; or has no two sides there.
@@ -179,7 +165,7 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
       return pair.first == each.body && pair.second == each.body;
     });
     if (has_particles(tissue.body(each.body))) {
-      add_particles(tissue, place_of_vertex, each);
+      add_particles(tissue, surface, place_of_vertex, each);
     } else {
       add_surface(surface, each);
     }

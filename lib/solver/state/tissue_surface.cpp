@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/state/tissue_surface.h"
 
-#include <algorithm>
+#include <utility>
 
 namespace pbdsurg {
 
@@ -36,6 +36,42 @@ void TissueSurface::refresh(const Tissue& tissue) {
       }
     }
   }
+  refresh_links(tissue);
+}
+
+void TissueSurface::refresh_links(const Tissue& tissue) {
+  if (!has_begun_ || links_version_ == tissue.version()) {
+    return;
+  }
+  std::vector<PlaceTriangle> links;
+  for (Index body = 0; body < static_cast<Index>(tissue.bodies().size()); ++body) {
+    if (has_particles(tissue.body(body))) {
+      const std::vector<PlaceTriangle> own = links_of(tissue, body);
+      links.insert(links.end(), own.begin(), own.end());
+    }
+  }
+  if (links != links_) {
+    links_ = std::move(links);
+    ++revision_;
+  }
+  links_version_ = tissue.version();
+}
+
+std::vector<TissueSurface::PlaceTriangle> TissueSurface::links_of(const Tissue& tissue,
+                                                                  Index body) const {
+  std::vector<PlaceTriangle> links;
+  for (const Index v : tissue.vertices_of(body)) {
+    for (const Index l : tissue.links_at(v)) {
+      const Link& link = tissue.links()[l];
+      if (link.first == v && tissue.body_of_vertex(link.second) == body) {
+        const auto [a, b] = std::minmax(place_of_vertex_[v], place_of_vertex_[link.second]);
+        links.push_back({a, b, b});
+      }
+    }
+  }
+  std::ranges::sort(links);  // two may join the same
+  links.erase(std::unique(links.begin(), links.end()), links.end());
+  return links;
 }
 
 Index TissueSurface::triangle_count() const noexcept {
@@ -49,11 +85,12 @@ std::size_t TissueSurface::slot_count() const noexcept {
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     count += surface->triangles.size();
   }
-  return count;
+  return count + links_.size();
 }
 
 std::size_t TissueSurface::memory_bytes() const noexcept {
-  std::size_t bytes = ranges_.capacity() * sizeof(SlotRange);
+  std::size_t bytes =
+      ranges_.capacity() * sizeof(SlotRange) + links_.capacity() * sizeof(PlaceTriangle);
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     bytes += sizeof(Surface) + surface->triangles.capacity() * sizeof(PlaceTriangle);
   }

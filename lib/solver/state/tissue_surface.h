@@ -2,12 +2,14 @@
 #pragma once
 
 /// @file
-/// The triangles that tools may meet.
+/// The triangles and links that tools may meet.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,11 +21,17 @@
 
 namespace pbdsurg {
 
-/// The surfaces of all bodies, by places of the state. Nothing, and at no cost, until a tool asks
-/// for them.
+/// Whether a body is neither of tetrahedra nor a sheet.
+[[nodiscard]] inline bool has_particles(const Body& body) noexcept {
+  return body.tet_count == 0 && body.triangle_count == 0;
+}
+
+/// The surfaces of all bodies, and the links within bodies of particles, by places of the state.
+/// Nothing, and at no cost, until a tool asks for them.
 class TissueSurface final : public Follower {
  public:
-  /// Places of corners; kInvalidIndex of a slot without a triangle.
+  /// Places of corners; kInvalidIndex of a slot without a triangle. A link has its second end
+  /// twice.
   using PlaceTriangle = std::array<Index, 3>;
 
   /// @param place_of_vertex  [vertex_count] of the solver, as it is whenever refresh() is called
@@ -34,11 +42,11 @@ class TissueSurface final : public Follower {
   void begin(const Tissue& tissue);
   [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
 
-  /// Takes what edits have changed since. Cost: proportional to that, and as begin() for bodies
-  /// that came.
+  /// Takes what edits have changed since. Cost: proportional to that, as begin() for bodies that
+  /// came, and O(n log n) of all particles and their links.
   void refresh(const Tissue& tissue);
 
-  /// Triangles of all bodies, as of the last refresh().
+  /// Triangles and links of all bodies, as of the last refresh().
   [[nodiscard]] PBDSURG_API Index triangle_count() const noexcept;
 
   /// As many of them, or more: with slots that have none.
@@ -47,7 +55,8 @@ class TissueSurface final : public Follower {
   /// Of these: another number, other triangles.
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
 
-  /// Calls visit(triangle) in the order of bodies and slots; a sheet's come once a side.
+  /// Calls visit(triangle) in the order of bodies and slots; a sheet's come once a side. Then
+  /// come links.
   template <class Visit>
   void for_each_triangle(const Visit& visit) const {
     for (const std::unique_ptr<Surface>& surface : surfaces_) {
@@ -57,7 +66,11 @@ class TissueSurface final : public Follower {
         }
       }
     }
+    std::ranges::for_each(links_, visit);
   }
+
+  /// The links within a body of particles, each pair of ends once, ascending.
+  [[nodiscard]] std::vector<PlaceTriangle> links_of(const Tissue& tissue, Index body) const;
 
   /// Whether a body is a sheet.
   [[nodiscard]] bool is_two_sided(Index body) const noexcept {
@@ -85,10 +98,14 @@ class TissueSurface final : public Follower {
     std::vector<PlaceTriangle> triangles{};  // [slot]
   };
 
+  void refresh_links(const Tissue& tissue);
+
   const std::vector<Index>& place_of_vertex_;
   bool has_begun_ = false;
   std::vector<std::unique_ptr<Surface>> surfaces_;  // [body]
-  std::vector<SlotRange> ranges_;                   // scratch
+  std::vector<PlaceTriangle> links_;
+  std::optional<std::uint64_t> links_version_;  // of the tissue, that these are of
+  std::vector<SlotRange> ranges_;               // scratch
   std::uint64_t revision_ = 0;
 };
 
