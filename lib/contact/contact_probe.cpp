@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/contact/contact_probe.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -17,11 +18,11 @@ namespace {
 
 constexpr float kAll = std::numeric_limits<float>::infinity();  // m: surfaces are whole
 
-// Whether what jaws held is gone since the step began. The force of that step was theirs: of jaws
+// Whether jaws lost in the last step what they held. The force of that step was theirs: of jaws
 // that are open it would push.
 bool has_lost_grip(const Solver& solver, ToolId tool) {
-  const GripState state = solver.tool_grip(tool).state;
-  return state == GripState::lost || state == GripState::torn;
+  const std::vector<ToolId> lost = solver.lost_grips();
+  return std::ranges::find(lost, tool) != lost.end();
 }
 
 }  // namespace
@@ -36,7 +37,6 @@ struct ContactProbe::Data {
   std::vector<ToolPoint> points;
   ContactPatch patch;                     // of make_contact_packet()
   Eigen::Vector3f displacement{0, 0, 0};  // m, of the tool, if a spring holds it
-  bool had_grasp = false;                 // in the last patch
 
   // scratch
   std::vector<ToolPoint> balls;
@@ -63,11 +63,9 @@ void ContactProbe::Data::begin(const Solver& solver, ToolId tool, GraspState gra
   into.sequence = sequence;
   into.time = time;
   into.grasp = grasp;
-  const bool has_grasp = grasp == GraspState::held;
-  if (had_grasp && !has_grasp && has_lost_grip(solver, tool)) {
+  if (grasp != GraspState::held && has_lost_grip(solver, tool)) {
     into.force.setZero();
   }
-  had_grasp = has_grasp;
   into.slip_limit = solver.slip_limit(tool);
   balls.assign(points.begin(), points.end());
   for (ToolPoint& ball : balls) {

@@ -13,7 +13,7 @@ constexpr float kTouching = 1e-3F;    // m: a plane this near may bear force, as
 constexpr float kFarther = 2e-3F;     // m beyond the nearest plane: a plane has the least share
 constexpr float kLeastShare = 0.05F;  // of the nearest plane's
 constexpr float kLeastForce = 1e-4F;  // N: what planes may fail to bear
-constexpr int kSweeps = 64;           // of eight unknowns
+constexpr int kSweeps = 20;
 
 template <std::size_t n>
 bool is_finite(const std::array<float, n>& numbers) {
@@ -140,35 +140,33 @@ void find_shares(const ContactPacket& packet, const Shares& gaps, Shares& shares
   }
 }
 
-// N: least squares with pushes only, by Gauss-Seidel, of those planes that touch; returns what
-// they do not bear. Begins with pushes by stiffness: planes that look alike push alike, and lose
-// touch together, else the tissue would seem as soft as one of them to a tool that goes back.
+// N: of those planes that touch, pushes only, towards least squares; returns what they do not bear.
+// By projected gradients, each by its stiffness: planes that are alike push alike, and lose touch
+// together, else the tissue would seem as soft as one of them to a tool that goes back. So do
+// planes that are nearly alike, as a few sweeps do not tell them apart: else the one that leans
+// most to a side would bear all, for a little force that drags to that side.
 Eigen::Vector3f solve_pushes(const ContactPacket& packet, const Shares& gaps, const Shares& shares,
                              Shares& pushes) {
-  const Eigen::Vector3f force = vector_of(packet.force);
-  const auto normal_of = [&](std::uint32_t i) { return vector_of(packet.planes[i].normal); };
-  Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
-  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
-    if (gaps[i] < kTouching) {
-      sum += shares[i] * normal_of(i) * normal_of(i).transpose();
-    }
-  }
-  const float stiffest = largest_eigenvalue(sum);
-  Eigen::Vector3f rest = force;
-  for (std::uint32_t i = 0; i < packet.plane_count && stiffest > 0; ++i) {
-    if (gaps[i] < kTouching) {
-      pushes[i] = shares[i] / stiffest * std::max(0.0F, normal_of(i).dot(force));
-      rest -= pushes[i] * normal_of(i);
-    }
-  }
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  const auto for_each_touching = [&](const auto& visit) {
     for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
       if (gaps[i] < kTouching) {
-        const float push = std::max(0.0F, pushes[i] + normal_of(i).dot(rest));
-        rest -= (push - pushes[i]) * normal_of(i);
-        pushes[i] = push;
+        visit(i, vector_of(packet.planes[i].normal));
       }
     }
+  };
+  Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
+  for_each_touching([&](std::uint32_t i, const Eigen::Vector3f& normal) {
+    sum += shares[i] * normal * normal.transpose();
+  });
+  const float stiffest = largest_eigenvalue(sum);
+  Eigen::Vector3f rest = vector_of(packet.force);
+  for (int sweep = 0; sweep < kSweeps && stiffest > 0 && rest.norm() > kLeastForce / 10; ++sweep) {
+    Eigen::Vector3f borne = Eigen::Vector3f::Zero();
+    for_each_touching([&](std::uint32_t i, const Eigen::Vector3f& normal) {
+      pushes[i] = std::max(0.0F, pushes[i] + shares[i] / stiffest * normal.dot(rest));
+      borne += pushes[i] * normal;
+    });
+    rest = vector_of(packet.force) - borne;
   }
   return rest;
 }

@@ -101,6 +101,33 @@ TEST_CASE("contact packet: planes that are alike bear alike", "[unit]") {
   Eigen::Isometry3f pose = pose_of(packet);
   pose.translation().z() += 2e-3F;
   CHECK(plane_force(packet, pose).z() == Approx(1 - 200 * 2e-3));
+
+  // also beside another, which bears some of a force that leans towards it
+  packet.plane_count = 5;
+  packet.planes[4] = {.normal = {0.6F, 0, 0.8F}};
+  packet.force = {0.3F, 0, 1};
+  fit_to_force(packet, 200);
+  for (std::uint32_t i = 1; i < 4; ++i) {
+    CHECK(packet.planes[i].offset == Approx(packet.planes[0].offset).epsilon(1e-3));
+  }
+  CHECK(packet.planes[4].offset > 0);
+  CHECK((plane_force(packet, pose_of(packet)) - vector_of(packet.force)).norm() < 1e-4F);
+}
+
+// Would catch the plane that leans most towards a little friction bearing all of a push.
+TEST_CASE("contact packet: planes that are nearly alike bear nearly alike", "[unit]") {
+  ContactPacket packet;
+  packet.plane_count = 4;
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    const Eigen::Vector3f lean(i == 0 ? 0.02F : -0.01F, i == 1 ? 0.02F : -0.01F, 1);
+    packet.planes[i].normal = packet_vector(lean.normalized());
+  }
+  packet.force = {0.05F, 0.02F, 1};
+  fit_to_force(packet, 200);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    CHECK(packet.planes[i].offset * packet.planes[i].stiffness == Approx(0.25).epsilon(0.1));
+  }
+  CHECK((plane_force(packet, pose_of(packet)) - vector_of(packet.force)).norm() < 1e-4F);
 }
 
 TEST_CASE("contact packet: a grasp bears no more than it can", "[unit]") {

@@ -221,7 +221,7 @@ TEST_CASE("edge contact: a thread lies across a block", "[validation]") {
   CHECK(middle.z() < 2 * kEdge + 2 * kThinContact.thickness);
 }
 
-// Would catch links that pass through links: a ring of four hangs in another, which stands fast.
+// Would catch links that pass through links: a ring of six hangs in another, which stands fast.
 TEST_CASE("edge contact: a ring hangs in a ring", "[validation]") {
   const SolverMethod method = any_sweeping_method();
   const TimeIntegration integration = any_integration();
@@ -348,9 +348,53 @@ TEST_CASE("edge contact: steps go on after a snapshot and a compaction as withou
   auto& [first, second, end] = twice.body_contacts.back().edges;
   std::swap(second, end);
   CHECK_THROWS_WITH(solver.restore(twice), ContainsSubstring("two contacts of edge"));
-  Snapshot bad = solver.snapshot();
-  bad.body_contacts[0].edges[2] = 8;
-  CHECK_THROWS_WITH(solver.restore(bad), ContainsSubstring("vertex 8"));
+  const auto refuses = [&](const auto& spoil, const char* why) {
+    Snapshot bad = solver.snapshot();
+    spoil(bad.body_contacts[0]);
+    CHECK_THROWS_WITH(solver.restore(bad), ContainsSubstring(why));
+  };
+  refuses([](SnapshotBodyContact& contact) { contact.edges[2] = 8; }, "vertex 8");
+  refuses([](SnapshotBodyContact& contact) { contact.edges[0] = kInvalidIndex; }, "vertex -1");
+  refuses([](SnapshotBodyContact& contact) { contact.edges[1] = contact.vertex; }, "four ends");
+  refuses([](SnapshotBodyContact& contact) { contact.body = 1; }, "body 1");
+}
+
+// Would catch an outside that hangs on ids where tetrahedra share an edge alone, as after a cut: a
+// thread beside it would be pulled into the tissue, and thrown out on the other side.
+TEST_CASE("edge contact: a thread beside an edge where tissue touches itself stays there") {
+  const bool is_turned = GENERATE(false, true), is_swapped = GENERATE(false, true);
+  const double side = GENERATE(1, -1);
+  CAPTURE(is_turned, is_swapped, side);
+  constexpr double kAlong = 5e-3, kOut = 5.2e-3, kUp = 3e-3, kAway = 0.7e-3;
+  const double right = is_turned ? -kOut : kOut, up = is_swapped ? -kUp : kUp;
+  const std::vector<Vector3d> corners{{0, -kAlong, 0}, {0, kAlong, 0},  {right, 0, up},
+                                      {right, 0, -up}, {-right, 0, up}, {-right, 0, -up}};
+  const auto oriented = [&](Tet tet) {
+    const auto from = [&](int k) { return corners[tet[k]] - corners[tet[0]]; };
+    if (from(1).cross(from(2)).dot(from(3)) < 0) {
+      std::swap(tet[2], tet[3]);
+    }
+    return tet;
+  };
+  Scene scene;
+  scene.set_gravity(Vector3f::Zero());
+  scene.fix_where(
+      scene.add_body("bow", TetMesh(corners, {oriented({0, 1, 2, 3}), oriented({0, 1, 4, 5})})),
+      [](const Vector3d&) { return true; });
+  const double height = side * kAway;
+  const BodyId thread = scene.add_particles(
+      "thread", std::vector<Vector3d>{{-0.8e-3, -4e-3, height}, {0.8e-3, 4e-3, height}}, kBead);
+  const Index first = scene.body(thread).first_vertex;
+  scene.add_link({first, first + 1, static_cast<float>(Vector3d(1.6e-3, 8e-3, 0).norm()), {}});
+  Solver solver(scene);
+  solver.set_body_contact(0, 1, kThinContact);
+  for (int i = 0; i < 20; ++i) {
+    solver.step(kUsualStep);
+  }
+  for (const Index end : {first, first + 1}) {
+    CHECK(static_cast<double>(solver.positions()[end].z()) * side > 0.9 * kAway);
+    CHECK(solver.velocities()[end].norm() < 0.05F);  // it was too near
+  }
 }
 
 // Would catch a hook that passes between the particles of a thread: it takes a slack one up at the

@@ -44,7 +44,8 @@ class PBDSURG_API ContactProbe {
   ContactProbe& operator=(ContactProbe&&) noexcept;  ///< likewise
 
   /// Fills a patch with all that the tool may meet within ContactPatch::kMargin. The nearest points
-  /// of its triangles are those of the whole surfaces, to the bit.
+  /// of its triangles are those of the whole surfaces, to the bit. The force is zero where jaws
+  /// that are open now lost what they held in the step: see Solver::lost_grips().
   ///
   /// Reads from the solver the vertices around the tool, from a device in one transfer, those that
   /// edits show, and of all others groups in turn, each before the tool and kFastestTissue may have

@@ -100,11 +100,11 @@ PBDSURG_API void set_pose(ContactPacket& packet,
 
 /// Shares the stiffness of the tissue out among the planes, so that together they are as stiff as
 /// the tissue in the stiffest direction, and moves those that touch, so that their forces at the
-/// packet's pose add up to packet.force: transparency. Forces are a least squares solution with
-/// pushes only, alike for planes that are alike: they lose touch together. What planes cannot bear
-/// is given to one more along it, in place of the farthest if there is no room; while something is
-/// held, all to the grasp's spring, up to its largest force, and planes are kept from pushing at
-/// that pose.
+/// packet's pose add up to packet.force: transparency. Forces are near the least squares solution
+/// with pushes only, but alike for planes that are alike, or nearly so: they lose touch together.
+/// What planes do not bear is given to one more along it, in place of the farthest if there is no
+/// room; while something is held, all to the grasp's spring, up to its largest force, and planes
+/// are kept from pushing at that pose.
 ///
 /// Sharing comes first because four points of contact with a plane each would be four times as
 /// stiff as the tissue, and buzz. Cost: O(planes^2), microseconds; no allocation.

@@ -471,8 +471,9 @@ class PBDSURG_API Solver {
   ///
   /// What is nearer than that distance when it starts to act, or overlaps by less than three
   /// thicknesses, parts at 0.03 m/s at most; what is deeper is left alone. What moves farther than
-  /// eight thicknesses in a substep may pass through. Particles meet surfaces and links, but not
-  /// each other; a link meets where both of its ends are of one body.
+  /// eight thicknesses in a substep may pass through. Particles meet surfaces and links, but
+  /// without a link not each other; a link meets where both of its ends are of one body. Edges keep
+  /// their side while they cross the same one.
   /// @{
 
   /// Lets two bodies meet in all copies, from the next step on, or changes how they do. The first
@@ -481,8 +482,7 @@ class PBDSURG_API Solver {
   /// more than SolverOptions::contact_capacity contacts of all pairs together.
   /// @param first   of tetrahedra, a sheet or particles
   /// @param second  likewise; the first itself: parts of it that are no neighbours, nor nearer than
-  /// three
-  ///                thicknesses at rest, meet each other
+  ///                three thicknesses at rest, meet each other
   /// @throws InvalidArgument     naming the body that there is not, or the thickness or friction
   ///                             out of range
   /// @throws BackendUnavailable  on a device
@@ -492,10 +492,10 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  naming the body that there is not
   void clear_body_contact(Index first, Index second);
 
-  /// Which vertices and edges were near other bodies in the last substep of the last step, in the
-  /// order of the solver's places: within 1.5 thicknesses and their ways.
-  /// Those without a force are
-  /// among them. An overlap is a negative distance. Cost: O(vertices), if there are any.
+  /// Which vertices were near other bodies in the last substep of the last step, then which edges,
+  /// each in the order of the solver's places: within 1.5 thicknesses and their ways. Those without
+  /// a force are among them. An overlap is a negative distance. None after an undo that takes what
+  /// touched. Cost: O(vertices), if there are any.
   [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;
 
   /// @}

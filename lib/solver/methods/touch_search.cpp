@@ -20,8 +20,8 @@ using Eigen::Vector3f;
 constexpr float kSlack = 2;       // thicknesses that surfaces may move between two searches
 constexpr std::size_t kRoom = 8;  // candidates a vertex: with more, lists grow in a step
 // Of cosines between what a vertex left last and what is near it now: beyond, it is on the other
-// side of a thin wall.
-constexpr float kOtherWall = -0.5F;
+// side of a thin wall, or of a sheet.
+constexpr float kOtherWall = -0.5F, kOtherSide = -0.7F;
 constexpr float kAsNear = 1e-4F;  // of a distance: what differs by less is as near
 
 // The point of a triangle, or of a link, that is nearest to a vertex.
@@ -82,8 +82,9 @@ class TouchSearch {
     float most_way = 0;  // m^2
     bool is_valid = true;
     const float most = kTouchWay * start_.thickest();
+    // by the farthest and the fastest of each body, which corners of one edge may be
     for (const ContactBodies::Body& body : bodies_.bodies()) {
-      float most_moved = 0;  // m^2
+      float most_moved = 0, most_ahead = 0;  // m^2
       for_each_vertex(body, [&](Index place, std::size_t i) {
         const Vector x = start(place);
         if (!is_finite_way(x)) {  // what was lost and is no more: written by hand
@@ -92,11 +93,11 @@ class TouchSearch {
         const Vector d = x - search.seen[i];
         const float moved = dot(d, d), ahead = std::min(start_.square_of_way(place), most * most);
         most_moved = std::max(most_moved, moved);
-        most_way = std::max(most_way, ahead);
-        is_valid = is_valid && (2 * (moved + ahead) <= search.slack * search.slack ||
-                                std::sqrt(moved) + std::sqrt(ahead) <= search.slack);
+        most_ahead = std::max(most_ahead, ahead);
       });
+      most_way = std::max(most_way, most_ahead);
       search.moved[index_of(body)] = std::sqrt(most_moved);
+      is_valid = is_valid && std::sqrt(most_moved) + std::sqrt(most_ahead) <= search.slack;
     }
     most_way_ = std::sqrt(most_way);
     return is_valid;

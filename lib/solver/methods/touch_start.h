@@ -24,9 +24,6 @@ namespace pbdsurg {
 /// In thicknesses: how far apart what does not move meets, how deep it may overlap, and the way of
 /// a substep that counts.
 inline constexpr float kTouchReach = 1.5F, kDeepestTouch = 3, kTouchWay = 8;
-/// Of cosines between the normal that a vertex or an edge had last and what is near it now: beyond,
-/// it is on the other side of a sheet.
-inline constexpr float kOtherSide = -0.7F;
 
 /// Of one copy.
 class TouchStart {

@@ -70,7 +70,29 @@ bool is_sharp(const ContactBodies::Edge& edge, std::span<const Vec3<float>> posi
          dot(first, second) < kFlat * std::sqrt(dot(first, first)) * std::sqrt(dot(second, second));
 }
 
-std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangles) {
+// What the triangles at an edge say of it. Where more than two of a sheet are joined all ways lean
+// over some of them, and none tells; where a solid touches itself in an edge there is no outside,
+// and no edge.
+ContactBodies::Edge joined(std::span<const ContactBodies::Edge> parts, bool is_two_sided) {
+  ContactBodies::Edge edge{parts[0].ends, {kInvalidIndex, kInvalidIndex}};
+  if (parts.size() > 2) {
+    if (!is_two_sided) {
+      edge.ends.fill(kInvalidIndex);
+    }
+    return edge;
+  }
+  for (const ContactBodies::Edge& part : parts) {
+    for (int k = 0; k < 2; ++k) {
+      if (part.opposite[k] != kInvalidIndex) {  // sheets need not be wound alike
+        edge.opposite[edge.opposite[k] == kInvalidIndex ? k : 1 - k] = part.opposite[k];
+      }
+    }
+  }
+  return edge;
+}
+
+std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangles,
+                                          bool is_two_sided) {
   std::vector<ContactBodies::Edge> edges;
   for (const PlaceTriangle& t : triangles) {
     if (t[1] == t[2]) {
@@ -85,16 +107,14 @@ std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangl
   }
   std::ranges::sort(edges);
   std::size_t count = 0;
-  for (const ContactBodies::Edge& edge : edges) {
-    if (count == 0 || edges[count - 1].ends != edge.ends) {
-      edges[count++] = edge;
-      continue;
-    }
-    // sheets need not be wound alike
-    std::array<Index, 2>& known = edges[count - 1].opposite;
-    known[known[0] == kInvalidIndex ? 0 : 1] = std::max(edge.opposite[0], edge.opposite[1]);
+  for (auto first = edges.begin(); first != edges.end();) {
+    const auto end = std::find_if(
+        first, edges.end(), [&](const ContactBodies::Edge& e) { return e.ends != first->ends; });
+    edges[count++] = joined({first, end}, is_two_sided);
+    first = end;
   }
   edges.erase(edges.begin() + static_cast<std::ptrdiff_t>(count), edges.end());
+  std::erase_if(edges, [](const ContactBodies::Edge& e) { return e.ends[0] == kInvalidIndex; });
   return edges;
 }
 
@@ -171,7 +191,7 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
     }
     std::ranges::sort(each.places);
     each.places.erase(std::unique(each.places.begin(), each.places.end()), each.places.end());
-    each.edges = edges_of(each.triangles);
+    each.edges = edges_of(each.triangles, each.is_two_sided);
     if (!each.is_two_sided) {
       std::erase_if(each.edges, [&](const Edge& edge) { return !is_sharp(edge, rest_); });
     }

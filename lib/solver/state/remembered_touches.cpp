@@ -25,6 +25,19 @@ void check_number(std::size_t contact, const char* what, Index id, std::size_t c
   }
 }
 
+void check_edges(std::size_t index, const SnapshotBodyContact& contact, std::size_t vertex_count) {
+  std::array<Index, 4> ends{contact.vertex, contact.edges[0], contact.edges[1], contact.edges[2]};
+  std::ranges::for_each(ends, [&](Index v) { check_number(index, "vertex", v, vertex_count); });
+  std::ranges::sort(ends);
+  if (const auto twice = std::ranges::adjacent_find(ends); twice != ends.end()) {
+    refuse_touch(index, "has vertex " + std::to_string(*twice) +
+                            " twice in its two edges, which have four ends");
+  }
+  if (contact.body != kInvalidIndex) {
+    refuse_touch(index, "has body " + std::to_string(contact.body) + "; of two edges it has none");
+  }
+}
+
 // In one order whichever edge comes first.
 std::array<Index, 5> key_of(const SnapshotBodyContact& contact) {
   if (contact.edges[0] == kInvalidIndex) {
@@ -79,11 +92,11 @@ void check_touches(std::span<const SnapshotBodyContact> contacts, std::size_t ve
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const SnapshotBodyContact& contact = contacts[i];
     check_number(i, "vertex", contact.vertex, vertex_count);
-    if (contact.edges[0] == kInvalidIndex) {
+    constexpr std::array kNone{kInvalidIndex, kInvalidIndex, kInvalidIndex};
+    if (contact.edges == kNone) {
       check_number(i, "body", contact.body, body_count);
     } else {
-      std::ranges::for_each(contact.edges,
-                            [&](Index v) { check_number(i, "vertex", v, vertex_count); });
+      check_edges(i, contact, vertex_count);
     }
     check_force(contact, [&](const std::string& why) { refuse_touch(i, why); });
     keys.push_back(key_of(contact));

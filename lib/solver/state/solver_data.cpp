@@ -63,11 +63,15 @@ class ProgramFollower final : public Follower {
     const bool was_empty = data_.contact_bodies.empty();
     data_.contact_bodies.drop_bodies_from(bodies);
     for (Index i = 0; i < data_.copy_count(); ++i) {
-      std::erase_if(data_.copy(i).touches.remembered, [&](const RememberedTouch& known) {
+      TissueTouches& touches = data_.copy(i).touches;
+      const std::size_t lost = std::erase_if(touches.remembered, [&](const RememberedTouch& known) {
         const TouchSlot& slot = known.slot;
         return slot.place >= places || slot.body >= bodies ||
                std::ranges::any_of(slot.edges, [&](Index end) { return end >= places; });
       });
+      if (lost > 0) {
+        touches.contacts.clear();
+      }
     }
     if (data_.contact_bodies.empty() != was_empty) {
       data_.rebuild_plan();
