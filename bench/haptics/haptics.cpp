@@ -62,6 +62,14 @@ class Table {
 struct Outcome {
   int settled = 0, plants = 0;
   double surplus = 0, computed = 0, commanded = 0;  // J, N/ms, N/ms
+
+  void add(const Rig& rig) {
+    ++plants;
+    settled += testing::settles(rig) ? 1 : 0;
+    surplus = std::max(surplus, rig.surplus);
+    computed = std::max(computed, testing::steps_of(rig.computed).p999);
+    commanded = std::max(commanded, testing::steps_of(rig.commanded).largest);
+  }
 };
 
 Outcome run_grid(const FakeTissue& tissue, const ServoOptions& options, double least_damping,
@@ -69,11 +77,7 @@ Outcome run_grid(const FakeTissue& tissue, const ServoOptions& options, double l
   Outcome outcome;
   for (const Case& one : testing::plant_grid(least_damping)) {
     const Rig rig = testing::pushed(one, tissue, options, period);
-    ++outcome.plants;
-    outcome.settled += testing::settles(rig) ? 1 : 0;
-    outcome.surplus = std::max(outcome.surplus, rig.surplus);
-    outcome.computed = std::max(outcome.computed, testing::steps_of(rig.computed).p999);
-    outcome.commanded = std::max(outcome.commanded, testing::steps_of(rig.commanded).largest);
+    outcome.add(rig);
   }
   return outcome;
 }
@@ -120,22 +124,27 @@ void add_simulated(Table& table) {
   constexpr double kAtRest = 6e-3;  // m/s
   for (const testing::PressedScene& scene : testing::pressed_scenes()) {
     Outcome outcome;
-    double off = 0;
+    double off = 0, fastest = 0;
+    int at_rest = 0;
     const bool has_statics = scene.scene == testing::spring_block;
     for (const Case& one : testing::simulated_grid()) {
       const auto [rig, depth, felt, simulated] = testing::press(scene, one);
-      ++outcome.plants;
-      outcome.settled += testing::settles(rig) ? 1 : 0;
-      outcome.surplus = std::max(outcome.surplus, rig.surplus);
-      outcome.computed = std::max(outcome.computed, testing::steps_of(rig.computed).p999);
-      outcome.commanded = std::max(outcome.commanded, testing::steps_of(rig.commanded).largest);
+      outcome.add(rig);
       const double wanted = has_statics ? testing::plate_force(depth) : simulated;
-      if (rig.peak_speed(testing::kEngaged + 10, testing::kEngaged + 12) < kAtRest) {
+      const double late = rig.peak_speed(testing::kEngaged + 10, testing::kEngaged + 12);
+      fastest = std::max(fastest, late);
+      if (late < kAtRest) {
+        ++at_rest;
         off = std::max(off, std::abs(felt / wanted - 1));
       }
     }
     const std::string name = std::string("simulated: ") + scene.name;
+    if (at_rest == 0) {
+      throw Error("no plant came to rest of " + name);
+    }
     add_grid(table, name, outcome);
+    table.report(name, "speed in the last two seconds, largest", 1e3 * fastest, "mm/s");
+    table.report(name, "plants at rest, slower than 6 mm/s", at_rest, "");
     table.at_most(name,
                   has_statics ? "felt at rest, off a static solution by"
                               : "felt at rest, off the simulation by",
