@@ -3,14 +3,13 @@
 
 /// @file
 /// Edges of two bodies, or of one, that cross: what no vertex sees where one of them is thin, or
-/// both are sharp. Edges meet where each passes the other between its ends; ends are vertices, see
-/// touch_search.h.
+/// both are sharp. See edge_crossing.h.
 
 #include "pbdsurg/base/types.h"
 
 #include "lib/solver/methods/touch_start.h"
 #include "lib/solver/state/contact_bodies.h"
-#include "lib/solver/state/tissue_touch.h"
+#include "lib/solver/state/touch_lists.h"
 
 namespace pbdsurg {
 

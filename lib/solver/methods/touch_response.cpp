@@ -28,6 +28,12 @@ Vector side_of(const MovingVertices& vertices, const TissueTouch& touch, int sid
   return sum;
 }
 
+void see(const MovingVertices& vertices, TissueTouch& touch) {
+  for (int side = 0; side < 2; ++side) {
+    touch.seen[side] = side_of(vertices, touch, side);
+  }
+}
+
 // All corners, or none: momentum is theirs together.
 void move(const StepContext& step, const MovingVertices& vertices, const TissueTouch& touch,
           const Vector& push) {
@@ -102,7 +108,7 @@ void begin_touches(const StepContext& step, const VertexState& state) {
 void see_touches(const StepContext& step) {
   const MovingVertices vertices = moving_vertices(step);
   for (TissueTouch& touch : step.copy.touches.contacts) {
-    touch.seen = {side_of(vertices, touch, 0), side_of(vertices, touch, 1)};
+    see(vertices, touch);
   }
 }
 
@@ -130,7 +136,7 @@ void answer_touches(const StepContext& step, const Substep<float>& lengths) {
   const MovingVertices vertices = moving_vertices(step);
   const float square = 1 / lengths.inverse_dt_squared;
   for (TissueTouch& touch : step.copy.touches.contacts) {
-    touch.seen = {side_of(vertices, touch, 0), side_of(vertices, touch, 1)};
+    see(vertices, touch);
     take_over(touch,
               answer(touch, touch.mu, read_plane(touch, touch.seen[0] + touch.seen[1]),
                      lengths.inverse_dt_squared, touch.stiffness)

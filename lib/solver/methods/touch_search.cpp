@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <span>
+#include <tuple>
 
-#include "lib/mesh/closest_on_triangle.h"
 #include "lib/solver/methods/edge_touches.h"
+#include "lib/solver/methods/touch_meeting.h"
 #include "lib/solver/methods/touch_start.h"
 #include "lib/solver/methods/touch_tree.h"
 #include "lib/solver/state/solver_data.h"
@@ -15,25 +16,9 @@ namespace pbdsurg {
 namespace {
 
 using Vector = Vec3<float>;
-using Eigen::Vector3f;
 
 constexpr float kSlack = 2;       // thicknesses that surfaces may move between two searches
 constexpr std::size_t kRoom = 8;  // candidates a vertex: with more, lists grow in a step
-// Of cosines between what a vertex left last and what is near it now: beyond, it is on the other
-// side of a thin wall, or of a sheet.
-constexpr float kOtherWall = -0.5F, kOtherSide = -0.7F;
-constexpr float kAsNear = 1e-4F;  // of a distance: what differs by less is as near
-
-// The point of a triangle, or of a link, that is nearest to a vertex.
-struct Nearest {
-  ContactBodies::PlaceTriangle triangle;
-  std::array<float, 3> weights;
-  Vector3f away;      // m, to the vertex
-  float distance;     // m
-  Vector3f outwards;  // unit, out of the triangle; of a link, to the vertex
-  float alignment;    // of the way to the vertex with that
-};
-
 // The search of one copy.
 class TouchSearch {
  public:
@@ -141,8 +126,10 @@ class TouchSearch {
       }
       find_edges(start_, bodies_, static_cast<Index>(p), reach_of(pairs[p]), search);
     }
-    std::ranges::sort(search.candidates);
-    std::ranges::sort(search.edges);
+    std::ranges::sort(search.candidates, {}, [](const TouchCandidate& candidate) {
+      return std::tuple(candidate.slot, candidate.triangle);
+    });
+    std::ranges::sort(search.edges, {}, &EdgeCandidate::slot);
   }
 
   void add_candidates(Index pair, const ContactBodies::Body& from, const ContactBodies::Body& to) {
@@ -153,12 +140,12 @@ class TouchSearch {
     for (const Index place : from.places) {
       const Vector x = start(place);
       visit_near(tree, {x, x}, reach, [&](Index t) {
-        const ContactBodies::PlaceTriangle& triangle = to.triangles[t];
-        const TrianglePoint<float> point = closest(triangle, x);
-        if (point.point.squaredNorm() < reach * reach &&
-            bodies_.may_meet(place, from.body, triangle, to, kDeepestTouch * thickness)) {
-          search.candidates.push_back(
-              {{.place = place, .body = to.body}, pair, triangle, point.point.norm()});
+        const Index(&corners)[3] = corners_of(to, t);
+        NearPoint near;
+        if (find_near(start_, place, corners, nullptr, near) && near.distance < reach &&
+            bodies_.rules().may_meet(place, corners, from.body == to.body,
+                                     kDeepestTouch * thickness)) {
+          search.candidates.push_back({slot_of_vertex(place, to.body), pair, t, near.distance});
         }
       });
     }
@@ -176,12 +163,9 @@ class TouchSearch {
                     kDeepestTouch * thickness);
   }
 
-  // From the vertex at x.
-  [[nodiscard]] TrianglePoint<float> closest(const ContactBodies::PlaceTriangle& triangle,
-                                             const Vector& x) const {
-    return closest_on_triangle<float>(vector_of(start(triangle[0]) - x),
-                                      vector_of(start(triangle[1]) - x),
-                                      vector_of(start(triangle[2]) - x), Vector3f::Zero());
+  using Corners = Index[3];
+  [[nodiscard]] static const Corners& corners_of(const ContactBodies::Body& body, Index triangle) {
+    return *reinterpret_cast<const Corners*>(body.triangles[triangle].data());
   }
 
   // m, what both bodies of a pair may have come nearer since the last search.
@@ -192,182 +176,84 @@ class TouchSearch {
            kRounding * start_.thickest();
   }
 
-  // None of a triangle without a place, or of one that faces what the vertex left last.
-  [[nodiscard]] std::optional<Nearest> measure(const TouchCandidate& candidate, const Vector& x,
-                                               bool is_two_sided,
-                                               const RememberedTouch* known) const {
-    const auto& t = candidate.triangle;
-    if (t[1] == t[2]) {
-      return measure_link(t, x);
-    }
-    const Vector3f outwards =
-        vector_of(cross(start(t[1]) - start(t[0]), start(t[2]) - start(t[0]))).normalized();
-    if (known != nullptr && !is_two_sided && outwards.dot(vector_of(known->normal)) < kOtherWall) {
-      return std::nullopt;
-    }
-    const TrianglePoint<float> point = closest(t, x);
-    const float distance = point.point.norm();
-    if (!std::isfinite(distance) || !outwards.allFinite()) {
-      return std::nullopt;
-    }
-    const Vector3f away = -point.point;
-    return Nearest{t,        point.weights, away,
-                   distance, outwards,      distance > 0 ? outwards.dot(away) / distance : 1.0F};
-  }
-
-  // What is on a link is nowhere beside it.
-  [[nodiscard]] std::optional<Nearest> measure_link(const ContactBodies::PlaceTriangle& link,
-                                                    const Vector& x) const {
-    const Vector3f a = vector_of(start(link[0]) - x), b = vector_of(start(link[1]) - x);
-    const Vector3f along = b - a;
-    const float share = std::clamp(-a.dot(along) / along.squaredNorm(), 0.0F, 1.0F);
-    const Vector3f away = -(a + share * along);
-    const float distance = away.norm();
-    if (!(distance > 0) || !std::isfinite(distance)) {
-      return std::nullopt;
-    }
-    return Nearest{link, {1 - share, share, 0}, away, distance, away / distance, 1};
-  }
-
-  // Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
-  // most: it tells the side.
+  // Lists what may be nearest.
   // @param limit      m, what is no nearer does not count
   // @param nearer_by  m, than candidates were
-  [[nodiscard]] std::optional<Nearest> find_nearest(std::span<const TouchCandidate> candidates,
-                                                    const Vector& x, float limit, float nearer_by,
-                                                    bool is_two_sided,
-                                                    const RememberedTouch* known) const {
-    const auto first = std::ranges::min_element(candidates, {}, &TouchCandidate::distance);
-    if (!(first->distance - nearer_by < limit)) {
-      return std::nullopt;
+  // @return           m, the least distance
+  float list_near(std::span<const TouchCandidate> candidates, const ContactBodies::Body& body,
+                  float limit, float nearer_by, const Vector* left) {
+    std::vector<NearPoint>& near = touches_.search.near;
+    near.clear();
+    const auto likely = std::ranges::min_element(candidates, {}, &TouchCandidate::distance);
+    if (!(likely->distance - nearer_by < limit)) {
+      return limit;
     }
-    const std::optional<Nearest> likely = measure(*first, x, is_two_sided, known);
-    std::optional<Nearest> best;
-    for (auto c = candidates.begin(); c != candidates.end(); ++c) {
-      const float nearest =
-          std::min(likely ? likely->distance : limit, best ? best->distance : limit);
-      if (c->distance - nearer_by > (1 + kAsNear) * nearest) {
-        continue;
-      }
-      const std::optional<Nearest> met = c == first ? likely : measure(*c, x, is_two_sided, known);
-      if (!met) {
-        continue;
-      }
-      const float alignment = std::abs(met->alignment);
-      const bool is_nearer = !best || met->distance < (1 - kAsNear) * best->distance;
-      const bool is_as_near = best && met->distance <= (1 + kAsNear) * best->distance;
-      if (is_nearer || (is_as_near && alignment > std::abs(best->alignment) + kAsNear)) {
-        best = met;
+    const Index place = candidates.front().slot.place;
+    NearPoint point;
+    float least = limit;
+    if (find_near(start_, place, corners_of(body, likely->triangle), left, point)) {
+      least = std::min(least, point.distance);
+    }
+    for (const TouchCandidate& candidate : candidates) {
+      if (candidate.distance - nearer_by <= (1 + kAsNear) * least &&
+          find_near(start_, place, corners_of(body, candidate.triangle), left, point)) {
+        least = std::min(least, point.distance);
+        near.push_back(point);
       }
     }
-    return best;
+    return least;
+  }
+
+  // Of a list.
+  [[nodiscard]] const NearPoint* find_nearest(float least) const {
+    const std::vector<NearPoint>& all = touches_.search.near;
+    float most = -1;
+    for (const NearPoint& near : all) {
+      most = is_as_near(near, least) ? std::max(most, std::fabs(near.alignment)) : most;
+    }
+    const auto found = std::ranges::find_if(all, [&](const NearPoint& near) {
+      return is_as_near(near, least) && faces_as_much(near, most);
+    });
+    return found != all.end() ? &*found : nullptr;
   }
 
   void meet(std::span<const TouchCandidate> candidates) {
     const TouchSlot& slot = candidates.front().slot;
     const ContactPair& pair = bodies_.pairs()[candidates.front().pair];
     const float thickness = pair.contact.thickness;
-    const Vector x = start(slot.place);
-    if (!is_finite_way(x)) {
+    if (!is_finite_way(start(slot.place))) {
       return;
     }
-    const bool is_two_sided = bodies_.body(slot.body).is_two_sided;
+    const ContactBodies::Body& body = bodies_.body(slot.body);
     const RememberedTouch* const known = start_.find_remembered(slot);
-    const std::optional<Nearest> nearest =
-        find_nearest(candidates, x, limit_of(pair), nearer_by(pair), is_two_sided, known);
-    if (!nearest) {
+    const Vector* const left = known != nullptr && !body.is_two_sided ? &known->normal : nullptr;
+    const float least = list_near(candidates, body, limit_of(pair), nearer_by(pair), left);
+    const NearPoint* const nearest = find_nearest(least);
+    if (nearest == nullptr) {
       return;
     }
-    const auto& [triangle, weights, away, unsigned_distance, outwards, alignment] = *nearest;
     const Index vertex_body = slot.body == pair.first ? pair.second : pair.first;
-    const bool is_corner = std::ranges::count(weights, 0.0F) == 2;
-    if (is_corner && vertex_body > slot.body) {  // the corner has a contact of its own
+    if (nearest->is_corner() && vertex_body > slot.body) {  // the corner has a contact of its own
       return;
     }
-    Vector3f normal = outwards;
-    float distance = 0;
-    if (unsigned_distance > 0) {
-      float side = alignment < 0 ? -1.0F : 1.0F;
-      const Vector3f towards = away / unsigned_distance;
-      if (is_two_sided) {
-        side =
-            known != nullptr && towards.dot(vector_of(known->normal)) < kOtherSide ? -1.0F : 1.0F;
+    auto [normal, distance] = side_of(*nearest, body.is_two_sided, known);
+    TissueTouch touch = touch_of(slot, vertex_body, *nearest, normal);
+    if (!is_within_reach(start_, touch, thickness, distance)) {
+      return;
+    }
+    const PassedEdge passed(start_, slot.place, *nearest, normal, thickness);
+    float most_clear = passed.clear();
+    for (const TouchCandidate& candidate : passed.has_any() ? candidates : decltype(candidates){}) {
+      NearPoint face;
+      float clear = 0;
+      if (passed.find_face(start_, corners_of(body, candidate.triangle), face, clear) &&
+          clear > most_clear) {
+        most_clear = clear;
+        touch = touch_of(slot, vertex_body, face, face.outwards);
+        distance = face.distance;
       }
-      distance = side * unsigned_distance;
-      normal = side * towards;
-    } else if (known != nullptr) {
-      normal = vector_of(known->normal);
-    }
-    TissueTouch touch = touch_of(slot, vertex_body, *nearest, load(normal));
-    if (!start_.is_within_reach(touch, thickness, distance)) {
-      return;
-    }
-    if (const auto face = find_passed_face(candidates, *nearest, normal, thickness)) {
-      touch = touch_of(slot, vertex_body, *face, load(face->outwards));
-      distance = face->distance;
     }
     start_.add(touch, distance, pair.contact, known);
-  }
-
-  [[nodiscard]] static TissueTouch touch_of(const TouchSlot& slot, Index vertex_body,
-                                            const Nearest& nearest, const Vector& normal) {
-    TissueTouch touch;
-    touch.slot = slot;
-    touch.bodies = {vertex_body, slot.body};
-    touch.places[0] = slot.place;
-    touch.weights[0] = 1;
-    for (int k = 0; k < 3; ++k) {
-      touch.places[k + 1] = nearest.triangle[k];
-      touch.weights[k + 1] = -nearest.weights[k];
-    }
-    touch.normal = normal;
-    return touch;
-  }
-
-  // What slides on a surface comes near edges of it, and is none the nearer for that: the plane of
-  // an edge would stop it there. So where that would push in this substep and one face at the edge
-  // would do so less, and is as far away as surfaces should be, it stands for the edge, beyond its
-  // own triangle.
-  [[nodiscard]] std::optional<Nearest> find_passed_face(std::span<const TouchCandidate> candidates,
-                                                        const Nearest& edge, const Vector3f& normal,
-                                                        float thickness) const {
-    constexpr float kRest = 0.9F;  // of the thickness, where surfaces lie on each other
-    if (std::ranges::count(edge.weights, 0.0F) == 0 || !(edge.distance > thickness)) {
-      return std::nullopt;
-    }
-    const Index place = candidates.front().slot.place;
-    Vector way = start_.way_from_start(place);
-    for (int k = 0; k < 3; ++k) {
-      way = way - edge.weights[k] * start_.way_from_start(edge.triangle[k]);
-    }
-    const Vector3f ahead = edge.away + vector_of(way);
-    float most = normal.dot(ahead);
-    std::optional<Nearest> passed;
-    for (const TouchCandidate& candidate : candidates) {
-      if (!(most < thickness)) {
-        break;
-      }
-      const auto& t = candidate.triangle;
-      const bool is_at_edge = std::ranges::all_of(std::array{0, 1, 2}, [&](int k) {
-        return edge.weights[k] == 0 || std::ranges::find(t, edge.triangle[k]) != t.end();
-      });
-      if (!is_at_edge) {
-        continue;
-      }
-      const Vector3f a = vector_of(start(t[0]) - start(place));
-      const Vector3f ab = vector_of(start(t[1]) - start(t[0]));
-      const Vector3f ac = vector_of(start(t[2]) - start(t[0]));
-      const Vector3f across = ab.cross(ac), outwards = across.normalized();
-      const float distance = outwards.dot(edge.away), clear = outwards.dot(ahead);
-      if (distance > kRest * thickness && clear > most) {
-        const Vector3f at = -distance * outwards - a;
-        const float b = across.dot(at.cross(ac)) / across.squaredNorm();
-        const float c = across.dot(ab.cross(at)) / across.squaredNorm();
-        most = clear;
-        passed = {t, {1 - b - c, b, c}, distance * outwards, distance, outwards, 1};
-      }
-    }
-    return passed;
   }
 
   TouchStart start_;

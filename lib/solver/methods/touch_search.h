@@ -32,7 +32,4 @@ void find_touches(const StepContext& step, const Substep<float>& lengths, StepRe
 /// Keeps what the next substep has to know.
 void remember_touches(const StepContext& step, const Substep<float>& lengths);
 
-/// m/s, of surfaces that are too near.
-inline constexpr float kRecovery = 0.03F;
-
 }  // namespace pbdsurg

@@ -7,25 +7,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/step_report.h"
 
+#include "lib/solver/methods/touch_meeting.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/program/step_scratch.h"
-#include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_state.h"
-#include "lib/solver/state/tissue_touch.h"
+#include "lib/solver/state/touch_lists.h"
 
 namespace pbdsurg {
 
-/// In thicknesses: how far apart what does not move meets, how deep it may overlap, and the way of
-/// a substep that counts.
-inline constexpr float kTouchReach = 1.5F, kDeepestTouch = 3, kTouchWay = 8;
-
-/// Of one copy.
+/// Of one copy: see touch_meeting.h.
 class TouchStart {
  public:
   TouchStart(const StepContext& step, const Substep<float>& lengths, StepReport& report);
@@ -50,20 +47,20 @@ class TouchStart {
   [[nodiscard]] float way(Index place) const { return std::sqrt(square_of_way(place)); }
   /// m, likewise, to where sweeps begin.
   [[nodiscard]] Vec3<float> way_from_start(Index place) const {
-    return load(vertices_.moving[place]) - own_start(step_, vertices_, place);
+    return load(vertices_.moving[place]) - own_start(place);
   }
 
-  /// Whether corners, of which some can move, may touch each other in this substep.
-  /// @param distance  m, between the points that touch
-  [[nodiscard]] bool is_within_reach(const TissueTouch& touch, float thickness,
-                                     float distance) const;
+  /// 1/kg
+  [[nodiscard]] float mobility(Index place) const { return step_.copy.particles[place].w; }
+  [[nodiscard]] Vec3<float> own_start(Index place) const {
+    return pbdsurg::own_start(step_, vertices_, place);
+  }
+  [[nodiscard]] bool counts_from_origin() const noexcept { return vertices_.bases == nullptr; }
 
   /// Null where the last substep had none.
   [[nodiscard]] const RememberedTouch* find_remembered(const TouchSlot& slot) const;
 
-  /// Adds a contact, if there is room for it.
-  /// @param touch     with slot, bodies, corners, weights and normal
-  /// @param distance  m, along the normal
+  /// Adds a contact, if there is room for it: see begin_touch().
   /// @param known     what the last substep left; may be null
   void add(TissueTouch touch, float distance, const TissueContact& settings,
            const RememberedTouch* known) const;

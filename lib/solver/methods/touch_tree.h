@@ -15,7 +15,7 @@
 
 #include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/particle.h"
-#include "lib/solver/state/tissue_touch.h"
+#include "lib/solver/state/touch_lists.h"
 
 namespace pbdsurg {
 

@@ -22,10 +22,6 @@ PlaceTriangle turned(PlaceTriangle triangle) {
   return triangle;
 }
 
-bool has(const PlaceTriangle& triangle, Index place) {
-  return std::ranges::find(triangle, place) != triangle.end();
-}
-
 // Whether a link is part of a body of particles: what it joins may meet.
 bool is_within_particles(const Tissue& tissue, const Link& link) {
   const Index body = tissue.body_of_vertex(link.first);
@@ -189,6 +185,7 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
     } else {
       add_surface(surface, each);
     }
+    std::ranges::sort(each.triangles);
     std::ranges::sort(each.places);
     each.places.erase(std::unique(each.places.begin(), each.places.end()), each.places.end());
     each.edges = edges_of(each.triangles, each.is_two_sided);
@@ -202,7 +199,7 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
 
 void ContactBodies::mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex) {
   const std::size_t count = place_of_vertex.size();
-  is_joined_.assign(count, false);
+  is_joined_.assign(count, 0);
   std::vector<bool> is_end(count, false);
   for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
     if (tissue.is_link_alive(l) && !is_within_particles(tissue, tissue.links()[l])) {
@@ -212,11 +209,11 @@ void ContactBodies::mark_joined(const Tissue& tissue, std::span<const Index> pla
   }
   for (const Body& each : bodies_) {
     for (const Index place : each.places) {  // particles need have no link
-      is_joined_[place] = is_end[place];
+      is_joined_[place] = is_end[place] ? 1 : 0;
     }
     for (const PlaceTriangle& triangle : each.triangles) {
       if (std::ranges::any_of(triangle, [&](Index place) { return is_end[place]; })) {
-        std::ranges::for_each(triangle, [&](Index place) { is_joined_[place] = true; });
+        std::ranges::for_each(triangle, [&](Index place) { is_joined_[place] = 1; });
       }
     }
   }
@@ -245,38 +242,8 @@ void ContactBodies::list_neighbors() {
   }
 }
 
-bool ContactBodies::may_meet(Index place, Index vertex_body, const PlaceTriangle& triangle,
-                             const Body& body, float near) const {
-  const auto is_joined = [&](Index corner) { return is_joined_[corner]; };
-  if (is_joined_[place] && std::ranges::any_of(triangle, is_joined)) {
-    return false;
-  }
-  if (vertex_body != body.body) {
-    return true;
-  }
-  if (has(triangle, place)) {
-    return false;
-  }
-  for (Index n = first_neighbors_[place]; n < first_neighbors_[place + 1]; ++n) {
-    if (has(triangle, neighbors_[n])) {
-      return false;
-    }
-  }
-  return std::ranges::all_of(triangle, [&](Index corner) {
-    const Vec3<float> d = rest_[corner] - rest_[place];
-    return dot(d, d) > near * near;
-  });
-}
-
-bool ContactBodies::may_meet(const Edge& edge, Index edge_body, const Edge& other, const Body& body,
-                             float near) const {
-  const PlaceTriangle link{other.ends[0], other.ends[1], other.ends[1]};
-  return std::ranges::all_of(edge.ends,
-                             [&](Index end) { return may_meet(end, edge_body, link, body, near); });
-}
-
 std::size_t ContactBodies::memory_bytes() const noexcept {
-  std::size_t bytes = pairs_.capacity() * sizeof(ContactPair) + (is_joined_.capacity() / 8) +
+  std::size_t bytes = pairs_.capacity() * sizeof(ContactPair) + is_joined_.capacity() +
                       rest_.capacity() * sizeof(Vec3<float>) +
                       (first_neighbors_.capacity() + neighbors_.capacity()) * sizeof(Index);
   for (const Body& each : bodies_) {

@@ -16,6 +16,8 @@
 #include "pbdsurg/solver/tissue_contact.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/solver/state/touch_rules.h"
+
 namespace pbdsurg {
 
 class TissueSurface;
@@ -47,8 +49,8 @@ class ContactBodies {
     bool meets_itself = false;
     Index first_vertex = 0;       ///< of its vertices among those of all
     std::vector<Index> places{};  ///< of its surface, ascending
-    /// Each once, the smallest place first, as they are wound. Links of particles are among them,
-    /// with their second end twice.
+    /// Each once, the smallest place first, as they are wound; ascending. Links of particles are
+    /// among them, with their second end twice.
     std::vector<PlaceTriangle> triangles{};
     /// Ascending; of what is solid those that are sharp: vertices see all else.
     std::vector<Edge> edges{};
@@ -81,15 +83,15 @@ class ContactBodies {
   /// Vertices of all surfaces above.
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
 
-  /// Whether a vertex may meet a triangle: links join no corner of it, or of its neighbours, with
-  /// such of the vertex; and in the body's own surface, they are no neighbours, nor near at rest.
-  /// @param triangle  of `body`
-  /// @param near      m, at rest
-  [[nodiscard]] bool may_meet(Index place, Index vertex_body, const PlaceTriangle& triangle,
-                              const Body& body, float near) const;
-  /// The same of two edges.
-  [[nodiscard]] bool may_meet(const Edge& edge, Index edge_body, const Edge& other,
-                              const Body& body, float near) const;
+  /// They live as long as the lists.
+  [[nodiscard]] TouchRules rules() const noexcept {
+    return {is_joined_.data(), rest_.data(), first_neighbors_.data(), neighbors_.data()};
+  }
+  /// [place] m, of all vertices.
+  [[nodiscard]] std::span<const Vec3<float>> rest_positions() const noexcept { return rest_; }
+  [[nodiscard]] std::span<const std::uint8_t> joined_places() const noexcept { return is_joined_; }
+  [[nodiscard]] std::span<const Index> first_neighbors() const noexcept { return first_neighbors_; }
+  [[nodiscard]] std::span<const Index> neighbors() const noexcept { return neighbors_; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
@@ -104,11 +106,10 @@ class ContactBodies {
   Index vertex_count_ = 0;
   std::uint64_t revision_ = 0;
   std::optional<std::uint64_t> version_;  // of the tissue, that the lists are of
-  std::vector<bool> is_joined_;           // [place] links end there or next to it
-  std::vector<Vec3<float>> rest_;         // [place] m
-  // of surfaces that meet themselves
-  std::vector<Index> first_neighbors_;  // [place + 1]
-  std::vector<Index> neighbors_;        // places
+  // see TouchRules
+  std::vector<std::uint8_t> is_joined_;
+  std::vector<Vec3<float>> rest_;
+  std::vector<Index> first_neighbors_, neighbors_;
 };
 
 }  // namespace pbdsurg

@@ -65,7 +65,7 @@ void RememberedTouch::sort_edges() {
     normal = -1.0F * normal;
     friction = -1.0F * friction;
   }
-  slot = {{first[1], second[0], second[1]}, first[0], kInvalidIndex};
+  slot = slot_of_edges(first[0], first[1], second[0], second[1]);
 }
 
 std::vector<SnapshotBodyContact> touches_of(const SolverState& state, const CopyState& copy) {
@@ -121,12 +121,10 @@ void set_touches(std::span<const SnapshotBodyContact> contacts, const SolverStat
   remembered.clear();
   for (const SnapshotBodyContact& contact : contacts) {
     RememberedTouch& known = remembered.emplace_back();
-    known = {{.place = state.place_of_vertex[contact.vertex], .body = contact.body},
-             load(contact.normal),
-             contact.force,
-             load(contact.friction)};
+    known = {slot_of_vertex(state.place_of_vertex[contact.vertex], contact.body),
+             load(contact.normal), contact.force, load(contact.friction)};
     if (contact.edges[0] != kInvalidIndex) {
-      std::ranges::transform(contact.edges, known.slot.edges.begin(),
+      std::ranges::transform(contact.edges, std::begin(known.slot.edges),
                              [&](Index v) { return state.place_of_vertex[v]; });
       known.sort_edges();
     }

@@ -20,8 +20,8 @@
 #include "lib/solver/state/changes.h"
 #include "lib/solver/state/near_features.h"
 #include "lib/solver/state/particle.h"
-#include "lib/solver/state/tissue_touch.h"
 #include "lib/solver/state/tool_state.h"
+#include "lib/solver/state/touch_lists.h"
 #include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {

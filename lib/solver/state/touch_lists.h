@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a copy knows of contacts between bodies, and how a host finds them.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+
+#include "lib/solver/methods/edge_crossing.h"
+#include "lib/solver/methods/touch_meeting.h"
+#include "lib/solver/state/contact_bodies.h"
+#include "lib/solver/state/tissue_touch.h"
+
+namespace pbdsurg {
+
+struct TouchBox {
+  Vec3<float> low, high;  ///< m
+};
+
+/// The triangles or edges of a body in an order in which near ones are near, with boxes around them
+/// and around pairs of boxes, as a heap: box i holds boxes 2 i + 1 and 2 i + 2.
+struct TouchTree {
+  std::vector<Index> order;  ///< of the body's
+  std::vector<TouchBox> boxes;
+  std::size_t first_leaf = 0;
+};
+
+/// A triangle, or a link, that a vertex may meet.
+struct TouchCandidate {
+  TouchSlot slot;
+  Index pair;      ///< of ContactBodies
+  Index triangle;  ///< of the body
+  float distance;  ///< m, when it was found
+};
+
+/// Edges that may meet.
+struct EdgeCandidate {
+  TouchSlot slot;
+  Index pair;  ///< of ContactBodies
+  CrossingEdge first, second;
+  float distance;  ///< m, when it was found
+};
+
+/// All of a copy.
+struct TissueTouches {
+  std::vector<TissueTouch> contacts;        ///< of the current substep
+  std::vector<RememberedTouch> remembered;  ///< of the last
+
+  /// All that vertices and edges may meet before anything has moved by `slack` from where it was
+  /// seen. What it holds beyond that changes no result.
+  struct Search {
+    std::uint64_t revision = 0;              ///< of ContactBodies; zero: there was none
+    float slack = 0;                         ///< m
+    std::vector<Vec3<float>> seen;           ///< [vertices of ContactBodies] m
+    std::vector<float> moved;                ///< [bodies of ContactBodies] m, at most since then
+    std::vector<TouchTree> trees;            ///< [bodies of ContactBodies]
+    std::vector<TouchTree> edge_trees;       ///< likewise, of their edges
+    std::vector<TouchCandidate> candidates;  ///< in the order of slots and triangles
+    std::vector<EdgeCandidate> edges;        ///< in the order of slots
+    std::vector<NearPoint> near;             ///< of one vertex, while contacts are found
+  } search;
+};
+
+}  // namespace pbdsurg
