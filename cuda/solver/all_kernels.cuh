@@ -16,10 +16,12 @@
 #include "cuda/solver/stiff_link_kernels.cuh"
 #include "cuda/solver/surface_answer_kernels.cuh"
 #include "cuda/solver/surface_list_kernels.cuh"
-#include "cuda/solver/surface_piece_kernels.cuh"
 #include "cuda/solver/surface_projection_kernels.cuh"
 #include "cuda/solver/surface_search_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
+#include "cuda/solver/touch_kernels.cuh"
+#include "cuda/solver/touch_list_kernels.cuh"
+#include "cuda/solver/touched_piece_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
 
@@ -40,6 +42,15 @@ constexpr StepKernels all_kernels() {
           &end_grips,
           &remember_surface_contacts,
           &ease_surface_contacts,
+          &balance_pieces,
+          &join_pieces,
+          &ease_pieces,
+          &find_touches,
+          &begin_touches,
+          &project_touches,
+          &see_touches,
+          &remember_touches,
+          &ease_touches,
           &project,
           &project_attachments,
           &project_contacts,

@@ -359,11 +359,11 @@ __device__ void project_surfaces_of_cluster(const ClusterArrays& cluster,
     const ClusterCorners corners(cluster, memory, count);
     const auto for_each_staged = [&](const auto& visit) {
       if (corners.is_staged()) {
-        for_each_corner(surfaces, count, kThreads, visit);
+        for_each_corner(surfaces, 3 * count, kThreads, visit);
       }
     };
     const Index levels = __ldcg(surfaces.level_counts);
-    OwnContacts own(surfaces, count, kThreads);
+    OwnSurfaceContacts own(surfaces, count, kThreads);
     wait_for_cluster(are_home, parity);
     for_each_staged([&](Index place, Index root) {
       store_shared(corners.staged(root), load_there(corners.home(place)));

@@ -434,7 +434,8 @@ template <int kParts, Reach kReach, bool kRare>
 __global__ void __launch_bounds__(kBlockThreads)
     sweep_tiles(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
                 TileArrays tiles, ToolArrays tools, Mailboxes boxes, StepInput* input) {
-  constexpr bool kGrips = kReach == Reach::gripped_substep;
+  constexpr bool kTouches = kReach == Reach::met_substep;
+  constexpr bool kGrips = kReach == Reach::gripped_substep || kTouches;
   constexpr bool kTools = kReach == Reach::held_substep || kGrips;
   constexpr bool kStep = kReach == Reach::step;
   using Shape = TileShape<kParts>;
@@ -521,11 +522,15 @@ __global__ void __launch_bounds__(kBlockThreads)
     usual.load(tiles.pulls + first_record(tile.firsts.y, thread),
                tiles.volumes + first_record(tile.firsts.w, thread));
     [[maybe_unused]] Index hold = kInvalidIndex;
-    [[maybe_unused]] SharedContacts<kParts> contacts(tools.surfaces, part);
+    [[maybe_unused]] SharedContacts<kParts, SurfaceArrays> contacts(tools.surfaces, part);
+    [[maybe_unused]] SharedContacts<kParts, TouchArrays> touches(tools.touches, part);
     if constexpr (kTools) {
       hold = __ldcg(vertices.holds + index * kBlockLanes + thread / kParts);
       const bool is_held = hold != kInvalidIndex && (tile.own & kIsIdle) == 0;
       contacts.load(is_held ? holds_of(tools.surfaces, place_at(corner)) : HoldRange{});
+      if constexpr (kTouches) {
+        touches.load(is_held ? holds_of(tools.touches, place_at(corner)) : HoldRange{});
+      }
     }
     walk.advance();
     const bool is_last = walk.is_done();
@@ -572,6 +577,9 @@ __global__ void __launch_bounds__(kBlockThreads)
       return relaxation * VertexFactor<float>(whole).solve(whole.force);
     };
     VertexEnergy<float> whole = energy;
+    if constexpr (kTouches) {
+      touches.add(state, inverse_dt_squared, whole);
+    }
     if constexpr (kTools) {
       contacts.add(state, inverse_dt_squared, whole);
     }
@@ -581,9 +589,11 @@ __global__ void __launch_bounds__(kBlockThreads)
         const VertexBlock block =
             is_lost(own) ? VertexBlock{} : load_ranges<kRare>(vertices.blocks + index);
         move = move_vertex(rows, block, access, start, energy, [&](VertexEnergy<float> finite) {
+          if constexpr (kTouches) {
+            add_contacts(state, tools.touches, place_at(corner), inverse_dt_squared, finite);
+          }
           if constexpr (kTools) {
-            add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared,
-                                 finite);
+            add_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared, finite);
           }
           return solve(finite);
         });
@@ -627,6 +637,7 @@ template <bool kRare, int kParts>
 constexpr auto* sweep_kernel(Reach reach) {
   return reach == Reach::step              ? sweep_tiles<kParts, Reach::step, kRare>
          : reach == Reach::gripped_substep ? sweep_tiles<kParts, Reach::gripped_substep, kRare>
+         : reach == Reach::met_substep     ? sweep_tiles<kParts, Reach::met_substep, kRare>
          : reach == Reach::held_substep    ? sweep_tiles<kParts, Reach::held_substep, kRare>
                                            : sweep_tiles<kParts, Reach::substep, kRare>;
 }
@@ -698,7 +709,8 @@ void launch_at_once(const Launch& how, const char* name, Index blocks, const Til
 Index prepare_sweep_of_vertices(const TileArrays& tiles) {
   return blocks_at_once(
       tiles, {sweep_kernel(tiles, Reach::substep), sweep_kernel(tiles, Reach::held_substep),
-              sweep_kernel(tiles, Reach::gripped_substep), sweep_kernel(tiles, Reach::step)});
+              sweep_kernel(tiles, Reach::gripped_substep), sweep_kernel(tiles, Reach::met_substep),
+              sweep_kernel(tiles, Reach::step)});
 }
 
 void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,

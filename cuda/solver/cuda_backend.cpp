@@ -241,7 +241,7 @@ class CudaBackend final : public Backend {
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
-    if (data.custom.empty() && !data.has_grips() &&
+    if (data.custom.empty() && !data.has_grips() && data.contact_bodies.empty() &&
         (wanted == DeviceStrategy::cluster ||
          (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages())))) {
       sweeps_ = make_cluster_sweeps(data);
@@ -312,7 +312,8 @@ class CudaBackend final : public Backend {
         !data.custom.empty()) {  // which no kernel of all sweeps projects
       is_planned_ = false;
     }
-    if (strategy_ == DeviceStrategy::cluster && data.has_grips()) {  // likewise
+    if (strategy_ == DeviceStrategy::cluster &&
+        (data.has_grips() || !data.contact_bodies.empty())) {  // likewise
       is_planned_ = false;
     }
     if (!is_planned_) {
@@ -330,8 +331,7 @@ class CudaBackend final : public Backend {
     follows_on_ = follows_on_ && !have_rows_changed_ && changes.moved.empty() &&
                   changes.vertices.empty() && !std::ranges::count(changes.state, true);
     state_.take_over(data, stream_.get());
-    const bool joins_pieces = moves_vertices(data.options) && !data.custom.empty();
-    free_pieces_.take_over(data.free_pieces, joins_pieces ? data.copy_count() : 0, stream_.get());
+    free_pieces_.take_over(data, state_.arrays().capacity, stream_.get());
     fillings_.take_over(data, stream_.get());
     coarse_.set_wides(fillings_.wall_count());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
@@ -432,16 +432,17 @@ class CudaBackend final : public Backend {
 
   void enqueue(const SolverData& data, bool changes_lengths) {
     const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
-    DeviceStep step{&kernels_of(data.options),
-                    {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
-                     has_cluster ? std::span<const Stage>() : plan_.open_stages(),
-                     tools_.has_pushers(), tools_.has_attachments(), tools_.has_meeters(),
-                     tools_.has_grips(), vertices_.arrays(), data.part.division.sweeps,
-                     has_stiff_links(data.plan), free_pieces_.arrays(), coarse_.arrays(),
-                     has_cluster ? 0 : plan_.revision(), fillings_.arrays(), fillings_.revision()},
-                    {sums_.get(), wrenches_.get(), watched_.get(), watched_places_.get()},
-                    step_program(data.options, data.part.division),
-                    changes_lengths};
+    DeviceStep step{
+        &kernels_of(data.options),
+        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
+         has_cluster ? std::span<const Stage>() : plan_.open_stages(), tools_.has_pushers(),
+         tools_.has_attachments(), tools_.has_meeters(), tools_.has_grips(), tools_.has_touches(),
+         vertices_.arrays(), data.part.division.sweeps, has_stiff_links(data.plan),
+         free_pieces_.arrays(), coarse_.arrays(), has_cluster ? 0 : plan_.revision(),
+         fillings_.arrays(), fillings_.revision()},
+        {sums_.get(), wrenches_.get(), watched_.get(), watched_places_.get()},
+        step_program(data.options, data.part.division),
+        changes_lengths};
     if (strategy_ == DeviceStrategy::cooperative && data.part.is_first()) {
       step.start = start_.make_room(step.arrays.state, static_cast<std::size_t>(data.copy_count()));
       kept_ = step.start;

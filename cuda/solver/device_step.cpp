@@ -12,14 +12,14 @@ class Enqueuer {
       : step_(step),
         sweeps_(sweeps),
         launch_(launch),
-        ends_apart_(step.changes_lengths ||
-                    (step.arrays.state.ways != nullptr &&
-                     (step.arrays.has_pushers || step.arrays.has_meeters))) {}
+        ends_apart_(step.changes_lengths || (step.arrays.state.ways != nullptr &&
+                                             (step.arrays.has_pushers || step.arrays.has_meeters ||
+                                              step.arrays.has_touches))) {}
 
   void run(StepOperation operation, Index substep) {
     const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments,
-                 has_meeters, has_grips, vertices, sweep_count, has_stiff_links, free_pieces,
-                 coarse, stages_revision, fillings, fillings_revision] = step_.arrays;
+                 has_meeters, has_grips, has_touches, vertices, sweep_count, has_stiff_links,
+                 free_pieces, coarse, stages_revision, fillings, fillings_revision] = step_.arrays;
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {
@@ -48,8 +48,14 @@ class Enqueuer {
         if (has_pushers) {
           kernels.ease_contacts(state, tools, input, launch_);
         }
+        if (has_meeters || has_touches) {
+          kernels.ease_pieces(state, free_pieces, tools, input, substep, launch_);
+        }
         if (has_meeters) {
-          kernels.ease_surface_contacts(state, free_pieces, tools, input, substep, launch_);
+          kernels.ease_surface_contacts(state, tools, input, launch_);
+        }
+        if (has_touches) {
+          kernels.ease_touches(state, tools, input, launch_);
         }
         break;
       case StepOperation::clear_multipliers:
@@ -63,6 +69,9 @@ class Enqueuer {
         }
         if (has_grips) {
           kernels.begin_grips(state, input, substep, vertices.block_count > 0, launch_);
+        }
+        if (has_touches) {
+          kernels.find_touches(state, tools, input, substep, launch_);
         }
         break;
       case StepOperation::gather_holds:
@@ -98,24 +107,36 @@ class Enqueuer {
           kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch_);
         }
         kernels.push_vertices(state, vertices, tools, input, substep, has_tools, launch_);
-        for (int pass = 0; pass < kPushPasses && has_meeters; ++pass) {
-          kernels.project_surface_contacts(state, tools, false, launch_);
+        for (int pass = 0; pass < kPushPasses; ++pass) {
+          if (has_touches) {
+            kernels.project_touches(state, tools, false, launch_);
+          }
+          if (has_meeters) {
+            kernels.project_surface_contacts(state, tools, false, launch_);
+          }
         }
         break;
       case StepOperation::settle_holds:
         settle_holds(substep);
+        if (has_touches) {
+          kernels.project_touches(state, tools, true, launch_);
+          kernels.join_pieces(state, free_pieces, tools, launch_);
+        }
         if (has_meeters) {
           kernels.project_surface_contacts(state, tools, true, launch_);
         }
         break;
       case StepOperation::keep_momentum:
         if (free_pieces.count > 0) {
-          kernels.keep_momentum(state, vertices, free_pieces, has_tools, launch_);
+          kernels.keep_momentum(state, vertices, free_pieces, tools, has_tools, launch_);
         }
         break;
       case StepOperation::meet_surfaces:
         if (has_meeters) {
           kernels.begin_surface_contacts(state, vertices, tools, input, substep, launch_);
+        }
+        if (has_touches) {
+          kernels.begin_touches(state, vertices, tools, input, substep, launch_);
         }
         break;
       case StepOperation::collect_forces:
@@ -127,6 +148,9 @@ class Enqueuer {
         }
         if (has_grips) {
           kernels.end_grips(state, tools, input, substep, tells(substep), launch_);
+        }
+        if (has_touches) {
+          kernels.remember_touches(state, tools, input, tells(substep), launch_);
         }
         break;
     }

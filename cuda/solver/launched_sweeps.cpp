@@ -40,18 +40,31 @@ class LaunchedSweeps final : public Sweeps {
                                  arrays.input, is_first && !moves_vertices(options_), launch);
       }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
+        if (arrays.has_touches) {      // before grips: as on a host
+          balance(arrays, launch);
+          kernels_.see_touches(arrays.state, arrays.tools, arrays.input, true, launch);
+        }
         if (arrays.has_grips) {
           kernels_.answer_grips(arrays.state, arrays.vertices, arrays.tools, arrays.input, substep,
                                 launch);
         }
         if (arrays.has_meeters) {
-          kernels_.answer_surface_contacts(arrays.state, arrays.free_pieces, arrays.tools,
-                                           arrays.input, substep, launch);
+          if (!arrays.has_touches) {
+            balance(arrays, launch);
+          }
+          kernels_.answer_surface_contacts(arrays.state, arrays.tools, arrays.input, substep,
+                                           launch);
         }
         if (is_first && arrays.has_correction()) {
           correct(arrays, launch);
+          if (arrays.has_touches) {
+            kernels_.see_touches(arrays.state, arrays.tools, arrays.input, false, launch);
+          }
         }
         continue;
+      }
+      if (arrays.has_touches) {
+        kernels_.project_touches(arrays.state, arrays.tools, false, launch);
       }
       if (arrays.has_grips) {
         kernels_.project_grips(arrays.state, arrays.input, substep, launch);
@@ -70,6 +83,10 @@ class LaunchedSweeps final : public Sweeps {
   }
 
  private:
+  void balance(const SweepArrays& arrays, const Launch& launch) const {
+    kernels_.balance_pieces(arrays.state, arrays.free_pieces, arrays.tools, arrays.input, launch);
+  }
+
   void correct(const SweepArrays& arrays, const Launch& launch) const {
     const DeviceState& state = arrays.state;
     const VertexArrays& vertices = arrays.vertices;

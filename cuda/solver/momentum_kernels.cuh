@@ -5,6 +5,7 @@
 /// The momentum of free pieces after the sweeps of a substep: a block a piece, or a group of them.
 
 #include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/surface_contact.cuh"
 #include "lib/solver/methods/momentum.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
@@ -28,9 +29,11 @@ struct FlownVertex {
 };
 
 __device__ inline FreePieceArrays of_copy(FreePieceArrays pieces) {
-  if (pieces.groups != nullptr) {
-    pieces.groups += copy_index() * static_cast<std::size_t>(pieces.count);
-  }
+  const std::size_t first = copy_index() * static_cast<std::size_t>(pieces.count);
+  pieces.groups += pieces.groups != nullptr ? first : 0;
+  pieces.meeting += pieces.meeting != nullptr ? first : 0;
+  pieces.touched += first;
+  pieces.sums += first;
   return pieces;
 }
 
@@ -63,16 +66,22 @@ __device__ void for_each_place(const FreePieceArrays& pieces, Index first, const
 
 /// @param has_tools  whether any touch or hold something: then VertexArrays::holds are of now
 __global__ void __launch_bounds__(kMomentumSums)
-    keep_momenta(DeviceState state, VertexArrays vertices, FreePieceArrays pieces, bool has_tools) {
+    keep_momenta(DeviceState state, VertexArrays vertices, FreePieceArrays pieces, ToolArrays tools,
+                 bool has_tools) {
   __shared__ alignas(16) unsigned char memory[kMomentumSums * sizeof(MomentumSums)];
   MomentumSums* const sums = reinterpret_cast<MomentumSums*>(memory);
   wait_for_previous();
+  const Index state_room = state.capacity;
   state = of_copy(state);
   const Index* const holds =
       vertices.holds + copy_index() * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
   const auto thread = static_cast<Index>(threadIdx.x);
   const auto piece = static_cast<Index>(blockIdx.x);
   pieces = of_copy(pieces);
+  if (pieces.meeting != nullptr) {
+    pieces.groups = pieces.meeting;
+    tools.surfaces = of_copy(tools.surfaces, state_room);
+  }
   if (__ldg(pieces.firsts + piece) == __ldg(pieces.firsts + piece + 1) ||
       group_of(pieces, piece) != piece) {
     return;
@@ -86,7 +95,11 @@ __global__ void __launch_bounds__(kMomentumSums)
               to_double(position_of(vertex.moved) - vertex.flight));
     }
     const Index lane = has_tools ? __ldg(vertices.lane_of_place + place) : kInvalidIndex;
-    is_held = is_held || (lane != kInvalidIndex && __ldcg(holds + lane) != kInvalidIndex);
+    const Index hold = lane != kInvalidIndex ? __ldcg(holds + lane) : kInvalidIndex;
+    // what other bodies do takes no momentum from it
+    is_held =
+        is_held || (hold != kInvalidIndex && !(pieces.meeting != nullptr && hold == kOnlySurfaces &&
+                                               holds_of(tools.surfaces, place).count == 0));
   });
   if (__syncthreads_or(is_held) != 0) {
     return;
@@ -110,9 +123,10 @@ __global__ void __launch_bounds__(kMomentumSums)
 }
 
 void keep_momentum(const DeviceState& state, const VertexArrays& vertices,
-                   const FreePieceArrays& pieces, bool has_tools, const Launch& how) {
+                   const FreePieceArrays& pieces, const ToolArrays& tools, bool has_tools,
+                   const Launch& how) {
   launch(how, "launching what keeps momentum", pieces.count, kMomentumSums, keep_momenta, state,
-         vertices, pieces, has_tools);
+         vertices, pieces, tools, has_tools);
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ enum class Reach : std::uint8_t {
   substep,          ///< its sweeps
   held_substep,     ///< likewise, with what tools do in them
   gripped_substep,  ///< and jaws that hold with a limit
+  met_substep,      ///< and bodies that meet each other
   step,  ///< StepInput::substep_count substeps, from the state at the start to that at the end
 };
 
@@ -107,10 +108,10 @@ struct StepKernels {
   /// tools.
   void (*project_surface_contacts)(const DeviceState&, const ToolArrays&, bool settles,
                                    const Launch&);
-  /// After a sweep of vertex blocks: balances the free pieces that surfaces touch, takes over the
-  /// forces of contacts, and turns their planes.
-  void (*answer_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
-                                  StepInput*, Index substep, const Launch&);
+  /// After a sweep of vertex blocks, once pieces are balanced: takes over the forces of contacts,
+  /// and turns their planes.
+  void (*answer_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                                  const Launch&);
   /// After all sweeps: for the next substep and, if it tells, for the host.
   void (*begin_grips)(const DeviceState&, StepInput*, Index substep, bool slides, const Launch&);
   void (*answer_grips)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
@@ -121,8 +122,34 @@ struct StepKernels {
   void (*remember_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*,
                                     Index substep, bool tells, const Launch&);
   /// See ease_contacts().
-  void (*ease_surface_contacts)(const DeviceState&, const FreePieceArrays&, const ToolArrays&,
-                                StepInput*, Index substep, const Launch&);
+  void (*ease_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);
+
+  // Of free pieces that contacts touch, with surfaces or between bodies; nothing without pieces.
+
+  /// After a sweep of vertex blocks.
+  void (*balance_pieces)(const DeviceState&, const FreePieceArrays&, const ToolArrays&, StepInput*,
+                         const Launch&);
+  /// After all sweeps: which of them keep their momentum together, as bodies have pushed them.
+  void (*join_pieces)(const DeviceState&, const FreePieceArrays&, const ToolArrays&, const Launch&);
+  /// Before contacts are eased.
+  void (*ease_pieces)(const DeviceState&, const FreePieceArrays&, const ToolArrays&, StepInput*,
+                      Index substep, const Launch&);
+
+  // Of bodies that meet each other, likewise.
+
+  void (*find_touches)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                       const Launch&);
+  /// Of vertex blocks, before the sweeps: how stiffly they meet.
+  void (*begin_touches)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
+                        Index substep, const Launch&);
+  /// After a sweep of projections; or, after all of vertex blocks, what is still too near.
+  void (*project_touches)(const DeviceState&, const ToolArrays&, bool settles, const Launch&);
+  /// After a sweep of vertex blocks, which they answer; or where vertices moved without one.
+  void (*see_touches)(const DeviceState&, const ToolArrays&, StepInput*, bool answers,
+                      const Launch&);
+  void (*remember_touches)(const DeviceState&, const ToolArrays&, StepInput*, bool tells,
+                           const Launch&);
+  void (*ease_touches)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);
 
   void (*project)(const Stage&, const Projection&, const DeviceState&, const ConstraintArrays&,
                   const StepInput*, const Launch&);
@@ -229,7 +256,7 @@ struct StepKernels {
 
   /// After the sweeps, of pieces that no tool touches or holds.
   void (*keep_momentum)(const DeviceState&, const VertexArrays&, const FreePieceArrays&,
-                        bool has_tools, const Launch&);
+                        const ToolArrays&, bool has_tools, const Launch&);
 
   /// Adds a substep's share to the forces and torques on tools.
   void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,

@@ -5,8 +5,8 @@
 /// What surfaces that tools touch answer: how stiffly they are met, what pushes back, and what is
 /// left to the next substep; see surface_contacts.h.
 
+#include "cuda/solver/contact_yields.cuh"
 #include "cuda/solver/kernel_support.cuh"
-#include "cuda/solver/stiff_link_kernels.cuh"
 #include "cuda/solver/surface_search_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
@@ -41,60 +41,11 @@ __device__ inline void follow_feature(const DeviceState& state, const SweptCapsu
       [&](Index place) { return own_start(state, place); }, contact);
 }
 
-constexpr int kYieldThreads = 3 * 2 * kVertexParts;  // two contacts
-static_assert(kYieldThreads % kWarp == 0);
-constexpr int kYieldBlocks = 64;
-
-/// How stiffly contacts are met, once it is known what holds each vertex: kVertexParts threads a
-/// corner.
-template <bool kRowsChange>
-__global__ void __launch_bounds__(kYieldThreads)
-    find_yields(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
-                Index substep) {
-  wait_for_previous();
-  state = of_copy(state);
-  vertices = of_copy(vertices);
-  tools = of_copy(tools, state.capacity);
-  input += copy_index();
-  const SurfaceArrays& surfaces = tools.surfaces;
-  const Index count = contact_count(surfaces);
-  constexpr Index kHolds = kYieldThreads / kVertexParts;  // of a block at a time
-  __shared__ float yields[kHolds];
-  const Index part = static_cast<Index>(threadIdx.x) % kVertexParts;
-  const Index own_hold = static_cast<Index>(threadIdx.x) / kVertexParts;
-  for (Index first = static_cast<Index>(blockIdx.x) * kHolds; first < 3 * count;
-       first += static_cast<Index>(gridDim.x) * kHolds) {
-    const Index hold = first + own_hold;
-    const Index own = hold / 3, corner = hold % 3;
-    float yield = 0;
-    if (own < count && corner < surfaces.contacts[own].contact.feature.count()) {
-      const SurfaceContact& contact = surfaces.contacts[own].contact;
-      const VertexGive<float> give =
-          find_loose_end<kRowsChange>(state, vertices, tools, input, substep, true,
-                                      contact.feature.places[corner], part)
-              .give;
-      yield = contact.weights[corner] * surfaces.pushes[hold] *
-              dot(contact.normal, give * contact.normal);
-    }
-    if (part == 0) {
-      yields[own_hold] = yield;
-    }
-    __syncthreads();
-    if (own < count && corner == 0 && part == 0) {
-      const float sum = yields[own_hold] + yields[own_hold + 1] + yields[own_hold + 2];
-      DeviceContact& stored = surfaces.contacts[own];
-      stored.contact.stiffness = sum > 0 ? stored.firmness / sum : 0.0F;
-    }
-    __syncthreads();
-  }
-}
-
 void begin_surface_contacts(const DeviceState& state, const VertexArrays& vertices,
                             const ToolArrays& tools, StepInput* input, Index substep,
                             const Launch& how) {
-  launch(how, "launching how contacts are met", share_blocks(kYieldBlocks, 1, how), kYieldThreads,
-         vertices.is_damped ? find_yields<true> : find_yields<false>, state, vertices, tools, input,
-         substep);
+  launch_yields<SurfaceArrays>(how, "launching how contacts are met", state, vertices, tools, input,
+                               substep);
 }
 
 /// After a sweep of vertex blocks: see balance_spring(). One block a copy.

@@ -17,14 +17,9 @@ void SurfaceBuffers::take_over(const SolverData& data, const Room& room, cudaStr
     seen_surface_ = data.surface.revision();
   }
   if (room != room_ || room_.meeters == 0) {
-    seen_pieces_.reset();
     seen_firmness_.reset();
   }
   make_room(data, room, stream);
-  if (seen_pieces_ != data.free_pieces.revision()) {
-    upload_pieces(data.free_pieces, stream);
-    seen_pieces_ = data.free_pieces.revision();
-  }
   if (seen_firmness_ != data.contact_firmness.revision()) {
     upload_firmness(data.contact_firmness, stream);
     seen_firmness_ = data.contact_firmness.revision();
@@ -55,7 +50,6 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   arrays.roots = roots_.reserve(3 * of_all);
   arrays.pushes = pushes_.reserve(3 * of_all);
   arrays.levels = levels_.reserve(of_all);
-  arrays.rigid = rigid_.reserve(of_all);
   arrays.springs = springs_.reserve(of_tools);
   arrays.remembered = remembered_.reserve(of_all);
   arrays.remembered_ends = remembered_ends_.fill(ends, 0, stream);
@@ -104,13 +98,6 @@ void SurfaceBuffers::upload_triangles(const TissueSurface& surface, Index vertex
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists end here
 }
 
-void SurfaceBuffers::upload_pieces(const PieceLists& pieces, cudaStream_t stream) {
-  std::vector<Index> piece_of(static_cast<std::size_t>(room_.vertices));
-  pieces.find_pieces(piece_of);
-  arrays_.piece_of_place = pieces_.upload(piece_of, stream);
-  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
-}
-
 void SurfaceBuffers::upload_firmness(const ContactFirmness& firmness, cudaStream_t stream) {
   std::vector<float> at_places(firmness.of_places().begin(), firmness.of_places().end());
   at_places.resize(static_cast<std::size_t>(room_.vertices), kPlainFirmness);
@@ -142,12 +129,11 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
 
 std::size_t SurfaceBuffers::memory_bytes() const noexcept {
   return triangles_.memory_bytes() + around_.memory_bytes() + first_around_.memory_bytes() +
-         pieces_.memory_bytes() + firmness_.memory_bytes() + met_counts_.memory_bytes() +
-         found_.memory_bytes() + list_memory_.memory_bytes() + contacts_.memory_bytes() +
-         ends_.memory_bytes() + levels_.memory_bytes() + level_counts_.memory_bytes() +
-         holds_at_.memory_bytes() + holds_.memory_bytes() + roots_.memory_bytes() +
-         pushes_.memory_bytes() + springs_.memory_bytes() + rigid_.memory_bytes() +
-         remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+         firmness_.memory_bytes() + met_counts_.memory_bytes() + found_.memory_bytes() +
+         list_memory_.memory_bytes() + contacts_.memory_bytes() + ends_.memory_bytes() +
+         levels_.memory_bytes() + level_counts_.memory_bytes() + holds_at_.memory_bytes() +
+         holds_.memory_bytes() + roots_.memory_bytes() + pushes_.memory_bytes() +
+         springs_.memory_bytes() + remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -24,7 +24,7 @@ class SurfaceBuffers {
     bool operator==(const Room&) const = default;
   };
 
-  /// Makes room, and follows triangles, free pieces and firmness. Cost: O(triangles + vertices)
+  /// Makes room, and follows triangles and firmness. Cost: O(triangles + vertices)
   /// when these have changed; waits then. No step may be at work.
   void take_over(const SolverData& data, const Room& room, cudaStream_t stream);
 
@@ -38,20 +38,18 @@ class SurfaceBuffers {
  private:
   void make_room(const SolverData& data, const Room& room, cudaStream_t stream);
   void upload_triangles(const TissueSurface& surface, Index vertex_room, cudaStream_t stream);
-  void upload_pieces(const PieceLists& pieces, cudaStream_t stream);
   void upload_firmness(const ContactFirmness& firmness, cudaStream_t stream);
 
   Room room_{};
-  std::optional<std::uint64_t> seen_surface_, seen_pieces_, seen_firmness_;  // revisions
+  std::optional<std::uint64_t> seen_surface_, seen_firmness_;  // revisions
 
-  DeviceBuffer<Index> triangles_, around_, first_around_, pieces_;
+  DeviceBuffer<Index> triangles_, around_, first_around_;
   DeviceBuffer<float> firmness_;
   DeviceBuffer<DeviceContact> found_, contacts_;
   DeviceBuffer<unsigned char> list_memory_;
   DeviceBuffer<Index> met_counts_, ends_, levels_, level_counts_, holds_, roots_;
   DeviceBuffer<HoldRange> holds_at_;
   DeviceBuffer<float> pushes_;
-  DeviceBuffer<RigidContact> rigid_;
   DeviceBuffer<ToolSpring> springs_;
   DeviceBuffer<RememberedContact> remembered_;
   DeviceBuffer<Index> remembered_ends_;

@@ -4,6 +4,7 @@
 /// @file
 /// Contacts with surfaces as sweeps read them.
 
+#include "cuda/solver/held_contact.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "lib/solver/methods/contact_multipliers.h"
 
@@ -23,7 +24,6 @@ __device__ inline SurfaceArrays of_copy(SurfaceArrays surfaces, Index place_room
   surfaces.roots += of(3 * surfaces.contact_room);
   surfaces.pushes += of(3 * surfaces.contact_room);
   surfaces.levels += of(surfaces.contact_room);
-  surfaces.rigid += of(surfaces.contact_room);
   surfaces.springs += of(surfaces.meeter_room);
   surfaces.remembered += of(surfaces.contact_room);
   surfaces.remembered_ends += of(1 + surfaces.meeter_room);
@@ -67,17 +67,9 @@ __device__ inline Index contact_count(const SurfaceArrays& surfaces) {
   return __ldcg(surfaces.ends + surfaces.meeter_room);
 }
 
-/// Calls visit(place, root) for each corner that contacts have, once.
-/// @param threads  of the block, that share them
-template <class Visit>
-__device__ inline void for_each_corner(const SurfaceArrays& surfaces, Index count, Index threads,
-                                       const Visit& visit) {
-  for (Index hold = static_cast<Index>(threadIdx.x); hold < 3 * count; hold += threads) {
-    const Index place = surfaces.contacts[hold / 3].contact.feature.places[hold % 3];
-    if (place != kInvalidIndex && surfaces.roots[hold] == hold) {
-      visit(place, hold);
-    }
-  }
+/// Of a hold, or kInvalidIndex.
+__device__ inline Index place_of_corner(const SurfaceArrays& surfaces, Index hold) {
+  return surfaces.contacts[hold / 3].contact.feature.places[hold % 3];
 }
 
 /// Where the holds of a place are.
@@ -89,90 +81,26 @@ __device__ inline HoldRange holds_of(const SurfaceArrays& surfaces, Index place)
   return {range.x, range.y};
 }
 
-/// Adds the surface contacts of a vertex to its energy; the last first, as on the host.
-__device__ inline void add_surface_contacts(const DeviceState& state, const SurfaceArrays& surfaces,
-                                            Index place, float inverse_dt_squared,
-                                            VertexEnergy<float>& energy) {
-  const HoldRange range = holds_of(surfaces, place);
-  for (Index i = 0; i < range.count; ++i) {
-    const Index hold = __ldcg(surfaces.holds + range.first + i);
-    const DeviceContact& stored = surfaces.contacts[hold / 3];
-    const SurfaceContact& contact = stored.contact;
-    add_answer(contact,
-               answer(contact, stored.friction, read_contact(state, surfaces, stored),
-                      inverse_dt_squared, contact.stiffness),
-               contact.weights[hold % 3], energy);
-  }
-}
+/// A contact as one of its corners has it.
+template <>
+struct HeldContact<SurfaceArrays> {
+  DeviceContact stored;
+  float weight;
 
-/// The same by neighbouring threads of a warp that share a vertex, a contact each at a time. What
-/// does not change in a sweep they load before they wait for other vertices.
-/// @tparam kThreads  of a vertex
-template <int kThreads>
-class SharedContacts {
- public:
-  /// @param part  of the vertex
-  __device__ SharedContacts(const SurfaceArrays& surfaces, Index part)
-      : surfaces_(surfaces), part_(part) {}
-
-  /// @param range  of the vertex
-  __device__ void load(const HoldRange& range) {
-    range_ = range;
-    load_from(0);
+  __device__ void load(const SurfaceArrays& surfaces, Index hold) {
+    stored = surfaces.contacts[hold / 3];
+    weight = hold % 3 == 0   ? stored.contact.weights[0]
+             : hold % 3 == 1 ? stored.contact.weights[1]
+                             : stored.contact.weights[2];
   }
-
-  /// All threads of the warp call it, where vertices are.
-  /// @param energy  of the vertex; the first of its threads comes to know it
-  __device__ void add(const DeviceState& state, float inverse_dt_squared,
-                      VertexEnergy<float>& energy) {
-    for (Index first = 0; __any_sync(~0U, first < range_.count) != 0; first += kThreads) {
-      if (first > 0) {
-        load_from(first);
-      }
-      ContactAnswer<float> own{};
-      if (first + part_ < range_.count) {
-        own = answer(stored_.contact, stored_.friction, read_contact(state, surfaces_, stored_),
-                     inverse_dt_squared, stored_.contact.stiffness);
-      }
-      const unsigned of_warp = __ballot_sync(~0U, own.force.push > 0);
-      const Index leader = static_cast<Index>(threadIdx.x) % kWarp - part_;
-      unsigned left = of_warp >> leader & ((1ULL << kThreads) - 1);
-      while (__any_sync(~0U, left != 0) != 0) {
-        const int from = leader + (left != 0 ? __ffs(static_cast<int>(left)) - 1 : 0);
-        SurfaceContact contact;
-        contact.normal = shuffle(stored_.contact.normal, from);
-        contact.stiffness = __shfl_sync(~0U, stored_.contact.stiffness, from);
-        const float weight = __shfl_sync(~0U, weight_, from);
-        const ContactAnswer<float> met{
-            {__shfl_sync(~0U, own.force.push, from), shuffle(own.force.drag, from)},
-            __shfl_sync(~0U, own.sticking, from)};
-        if (left != 0) {
-          add_answer(contact, met, weight, energy);
-        }
-        left &= left - 1;
-      }
-    }
+  [[nodiscard]] __device__ ContactAnswer<float> answer_now(const DeviceState& state,
+                                                           const SurfaceArrays& surfaces,
+                                                           float inverse_dt_squared) const {
+    return answer(stored.contact, stored.friction, read_contact(state, surfaces, stored),
+                  inverse_dt_squared, stored.contact.stiffness);
   }
-
- private:
-  __device__ void load_from(Index first) {
-    if (first + part_ < range_.count) {
-      const Index hold = __ldcg(surfaces_.holds + range_.first + first + part_);
-      stored_ = surfaces_.contacts[hold / 3];
-      weight_ = hold % 3 == 0   ? stored_.contact.weights[0]
-                : hold % 3 == 1 ? stored_.contact.weights[1]
-                                : stored_.contact.weights[2];
-    }
-  }
-  [[nodiscard]] __device__ static Vec3<float> shuffle(const Vec3<float>& v, int from) {
-    return {__shfl_sync(~0U, v.x, from), __shfl_sync(~0U, v.y, from), __shfl_sync(~0U, v.z, from)};
-  }
-
-  const SurfaceArrays& surfaces_;
-  Index part_;
-  HoldRange range_{};
-  DeviceContact stored_;
-  float weight_ = 0;
+  [[nodiscard]] __device__ Vec3<float> normal() const { return stored.contact.normal; }
+  [[nodiscard]] __device__ float stiffness() const { return stored.contact.stiffness; }
 };
 
 }  // namespace

@@ -125,16 +125,17 @@ __device__ inline Index hold_of(HoldKey key) {
 
 /// Counts, for each of some things, those that come before it. All threads of a block call it, and
 /// are to meet before they read it.
-/// @param is_before  (j, i)
-template <class IsBefore>
+/// @tparam kThreads   of the block
+/// @param  is_before  (j, i)
+template <int kThreads = kListThreads, class IsBefore>
 __device__ inline void rank_all(Index count, Index* ranks, const IsBefore& is_before) {
   const auto thread = static_cast<Index>(threadIdx.x);
-  for (Index i = thread; i < count; i += kListThreads) {
+  for (Index i = thread; i < count; i += kThreads) {
     ranks[i] = 0;
   }
   __syncthreads();
-  const Index parts = count < kListThreads ? kListThreads / (count > 0 ? count : 1) : 1;
-  for (Index t = thread; t < parts * count; t += kListThreads) {
+  const Index parts = count < kThreads ? kThreads / (count > 0 ? count : 1) : 1;
+  for (Index t = thread; t < parts * count; t += kThreads) {
     const Index i = t % count;
     Index before = 0;
 #pragma unroll 4

@@ -32,6 +32,7 @@ struct SweepArrays {
   bool has_attachments = false;
   bool has_meeters = false;  ///< tools that meet surfaces
   bool has_grips = false;    ///< jaws that hold with a limit
+  bool has_touches = false;  ///< bodies that meet each other
   VertexArrays vertices{};
   Index sweep_count = 1;         ///< of a substep
   bool has_stiff_links = false;  ///< that live: else some stages have none left
@@ -41,8 +42,9 @@ struct SweepArrays {
   std::span<const FillingArrays> fillings{};
   std::uint64_t fillings_revision = 0;  ///< changes with these
 
+  /// Or what acts where they do.
   [[nodiscard]] bool has_tools() const noexcept {
-    return has_pushers || has_attachments || has_meeters || has_grips;
+    return has_pushers || has_attachments || has_meeters || has_grips || has_touches;
   }
   /// Of each substep, after its first sweep.
   [[nodiscard]] bool has_correction() const noexcept {
@@ -54,10 +56,11 @@ struct SweepArrays {
            input == other.input && stages.data() == other.stages.data() &&
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
            has_attachments == other.has_attachments && has_meeters == other.has_meeters &&
-           has_grips == other.has_grips && vertices == other.vertices &&
-           sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links &&
-           free_pieces == other.free_pieces && coarse == other.coarse &&
-           stages_revision == other.stages_revision && fillings_revision == other.fillings_revision;
+           has_grips == other.has_grips && has_touches == other.has_touches &&
+           vertices == other.vertices && sweep_count == other.sweep_count &&
+           has_stiff_links == other.has_stiff_links && free_pieces == other.free_pieces &&
+           coarse == other.coarse && stages_revision == other.stages_revision &&
+           fillings_revision == other.fillings_revision;
   }
 };
 

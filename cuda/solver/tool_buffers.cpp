@@ -118,7 +118,11 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room, cudaStrea
              told_points_.reserve(copy_count * static_cast<std::size_t>(arrays_.point_room)),
              arrays_.grip_room,
              arrays_.point_room,
-             {}};
+             {},
+             {},
+             nullptr,
+             nullptr,
+             0};
   vertex_room_ = vertex_room;
   follow_surfaces(data, stream);
 }
@@ -127,6 +131,15 @@ void ToolBuffers::follow_surfaces(const SolverData& data, cudaStream_t stream) {
   if (has_meeters_) {
     surfaces_.take_over(data, {vertex_room_, meeter_room_, half_space_room_, has_springs_}, stream);
     arrays_.surfaces = surfaces_.arrays();
+  }
+  touches_.take_over(data, vertex_room_, stream);
+  arrays_.touches = touches_.arrays();
+  const Index groups = arrays_.surfaces.contact_room + arrays_.touches.contact_room;
+  if (moves_vertices(data.options) && groups != arrays_.group_room) {
+    const std::size_t room = copies_.size() * static_cast<std::size_t>(groups);
+    arrays_.group_contacts = group_contacts_.reserve(room);
+    arrays_.group_answers = group_answers_.reserve(room);
+    arrays_.group_room = groups;
   }
 }
 
@@ -179,6 +192,10 @@ std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::
     remembered += data.copy(static_cast<Index>(copy)).tools[tool].remembered.size();
   }
   input.remembered = place(remembered * sizeof(RememberedContact));
+  const std::vector<RememberedTouch>& touches =
+      data.copy(static_cast<Index>(copy)).touches.remembered;
+  input.touch_count = static_cast<Index>(touches.size());
+  input.touches = place(touches.size() * sizeof(RememberedTouch));
   return end;
 }
 
@@ -317,6 +334,7 @@ void ToolBuffers::write_tools(const SolverData& data, CopyState& copy, const Cop
   for (const Index tool : tools.meeters) {
     remembered = std::ranges::copy(copy.tools[tool].remembered, remembered).out;
   }
+  std::ranges::copy(copy.touches.remembered, table<RememberedTouch>(input, input->touches));
   std::ranges::copy(tools.held, table<HeldInput>(input, input->held));
   std::ranges::copy(tools.held_order, table<Index>(input, input->held_order));
 }
@@ -398,6 +416,9 @@ void ToolBuffers::take_contacts(SolverState& state) const {
   for (Index copy = 0; copy < state.copy_count() && has_meeters_; ++copy) {
     surfaces_.take_contacts(copy, copies_[copy].meeters, state.copy(copy));
   }
+  for (Index copy = 0; copy < state.copy_count(); ++copy) {
+    touches_.take_contacts(copy, state.copy(copy));
+  }
   for (Index copy = 0; copy < state.copy_count() && has_grips(); ++copy) {
     const GripInput* told = arrays_.told_grips + copy * arrays_.grip_room;
     const GripPointInput* point = arrays_.told_points + copy * arrays_.point_room;
@@ -419,7 +440,8 @@ void ToolBuffers::take_contacts(SolverState& state) const {
 std::size_t ToolBuffers::memory_bytes() const noexcept {
   return device_input_.memory_bytes() + touched_.memory_bytes() + planes_.memory_bytes() +
          contact_multipliers_.memory_bytes() + contact_points_.memory_bytes() +
-         surfaces_.memory_bytes() + contact_places_.memory_bytes() +
+         surfaces_.memory_bytes() + touches_.memory_bytes() + group_contacts_.memory_bytes() +
+         group_answers_.memory_bytes() + contact_places_.memory_bytes() +
          contact_counts_.memory_bytes() + attachment_multipliers_.memory_bytes();
 }
 

@@ -9,6 +9,7 @@
 
 #include "cuda/buffer.cuh"
 #include "cuda/solver/surface_buffers.h"
+#include "cuda/solver/touch_buffers.h"
 #include "lib/device/device_arrays.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -30,8 +31,8 @@ class ToolBuffers {
   /// @param vertex_room  at least as many as there are
   void take_over(const SolverData& data, Index vertex_room, cudaStream_t stream);
 
-  /// Follows triangles and free pieces, if a tool meets surfaces. Cost: O(triangles + places) when
-  /// these have changed.
+  /// Follows triangles, if a tool meets surfaces, and bodies that meet each other. Cost:
+  /// O(triangles), O(n log n) of these bodies, when these have changed.
   void follow_surfaces(const SolverData& data, cudaStream_t stream);
 
   /// What tools touched, and what became of grips, when the device has done a part of a step.
@@ -56,6 +57,8 @@ class ToolBuffers {
   [[nodiscard]] bool has_attachments() const noexcept { return has_attachments_; }
   [[nodiscard]] bool has_meeters() const noexcept { return has_meeters_; }
   [[nodiscard]] bool has_grips() const noexcept { return arrays_.grip_room > 0; }
+  /// Whether bodies meet each other.
+  [[nodiscard]] bool has_touches() const noexcept { return arrays_.touches.vertices != nullptr; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
@@ -109,7 +112,10 @@ class ToolBuffers {
   DeviceBuffer<Vec3<float>> attachment_multipliers_;
   PinnedBuffer<GripInput> told_grips_;
   PinnedBuffer<GripPointInput> told_points_;
+  DeviceBuffer<GroupContact> group_contacts_;
+  DeviceBuffer<GroupAnswer> group_answers_;
   SurfaceBuffers surfaces_;
+  TouchBuffers touches_;
   ToolArrays arrays_{};
 };
 

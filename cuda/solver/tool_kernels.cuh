@@ -10,7 +10,7 @@
 #include "pbdsurg/constraints/contact.h"
 
 #include "cuda/solver/kernel_support.cuh"
-#include "cuda/solver/surface_contact.cuh"
+#include "cuda/solver/shared_contacts.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
@@ -36,6 +36,9 @@ __device__ inline ToolArrays of_copy(ToolArrays tools, Index place_room) {
   tools.told_grips += copy_index() * static_cast<std::size_t>(tools.grip_room);
   tools.told_points += copy_index() * static_cast<std::size_t>(tools.point_room);
   tools.surfaces = of_copy(tools.surfaces, place_room);
+  tools.touches = of_copy(tools.touches, place_room);
+  tools.group_contacts += copy_index() * static_cast<std::size_t>(tools.group_room);
+  tools.group_answers += copy_index() * static_cast<std::size_t>(tools.group_room);
   return tools;
 }
 

@@ -147,7 +147,9 @@ __device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Ind
       return kOnlyTouched;
     }
   }
-  return holds_of(tools.surfaces, place).count > 0 ? kOnlySurfaces : kInvalidIndex;
+  return holds_of(tools.surfaces, place).count > 0 || holds_of(tools.touches, place).count > 0
+             ? kOnlySurfaces
+             : kInvalidIndex;
 }
 
 /// What sweeps of a substep read: what tools do where, and what damping makes of rows.
@@ -469,7 +471,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   const auto solve = [&](VertexEnergy<float> energy) {
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
-        add_surface_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared, energy);
+        add_contacts(state, tools.touches, place_at(corner), inverse_dt_squared, energy);
+        add_contacts(state, tools.surfaces, place_at(corner), inverse_dt_squared, energy);
         return move_touched<true>(state, tools, input, sweep.substep, corner, hold, u, energy);
       }
     }

@@ -131,15 +131,19 @@ void VertexBuffers::point(const SolverData& data) {
 }
 
 // Room and pieces are a power of two, so that few edits change what a step launches.
-void FreePieceBuffers::take_over(const PieceLists& pieces, Index copies, cudaStream_t stream) {
-  upload(pieces, stream);
-  const std::size_t groups =
-      static_cast<std::size_t>(copies) * static_cast<std::size_t>(arrays_.count);
-  arrays_.groups = groups > 0 ? groups_.reserve(groups) : nullptr;
+void FreePieceBuffers::take_over(const SolverData& data, Index vertex_room, cudaStream_t stream) {
+  upload(data.free_pieces, vertex_room, stream);
+  const std::size_t all =
+      static_cast<std::size_t>(data.copy_count()) * static_cast<std::size_t>(arrays_.count);
+  const bool may_join = all > 0 && moves_vertices(data.options);
+  arrays_.groups = may_join && !data.custom.empty() ? groups_.reserve(all) : nullptr;
+  arrays_.meeting = may_join && !data.contact_bodies.empty() ? meeting_.reserve(all) : nullptr;
+  arrays_.touched = touched_.reserve(all);
+  arrays_.sums = sums_.reserve(all);
 }
 
-void FreePieceBuffers::upload(const PieceLists& pieces, cudaStream_t stream) {
-  if (revision_ == pieces.revision()) {
+void FreePieceBuffers::upload(const PieceLists& pieces, Index vertex_room, cudaStream_t stream) {
+  if (revision_ == pieces.revision() && vertex_room == vertex_room_) {
     return;
   }
   const auto count = static_cast<std::size_t>(pieces.count());
@@ -149,8 +153,12 @@ void FreePieceBuffers::upload(const PieceLists& pieces, cudaStream_t stream) {
   places_.reserve(std::bit_ceil(pieces.all_places().size()));
   arrays_ = {firsts_.upload(firsts, stream), places_.upload(pieces.all_places(), stream),
              static_cast<Index>(room)};
+  std::vector<Index> piece_of(room > 0 ? static_cast<std::size_t>(vertex_room) : 0);
+  pieces.find_pieces(piece_of);
+  arrays_.piece_of_place = pieces_.upload(piece_of, stream);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists may change
   revision_ = pieces.revision();
+  vertex_room_ = vertex_room;
 }
 
 std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {

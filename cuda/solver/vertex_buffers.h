@@ -66,20 +66,24 @@ class VertexBuffers {
 class FreePieceBuffers {
  public:
   /// Copies them, if they are others than before. Waits then.
-  /// @param copies  of the scene, whose pieces something may join; 0: nothing does
-  void take_over(const PieceLists& pieces, Index copies, cudaStream_t stream);
+  /// @param vertex_room  at least as many as there are
+  void take_over(const SolverData& data, Index vertex_room, cudaStream_t stream);
 
   [[nodiscard]] const FreePieceArrays& arrays() const noexcept { return arrays_; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return firsts_.memory_bytes() + places_.memory_bytes() + groups_.memory_bytes();
+    return firsts_.memory_bytes() + places_.memory_bytes() + groups_.memory_bytes() +
+           meeting_.memory_bytes() + pieces_.memory_bytes() + touched_.memory_bytes() +
+           sums_.memory_bytes();
   }
 
  private:
-  void upload(const PieceLists& pieces, cudaStream_t stream);
+  void upload(const PieceLists& pieces, Index vertex_room, cudaStream_t stream);
 
-  DeviceBuffer<Index> firsts_, places_, groups_;
+  DeviceBuffer<Index> firsts_, places_, groups_, meeting_, pieces_, touched_;
+  DeviceBuffer<MomentumSums> sums_;
   std::uint64_t revision_ = 0;  // without pieces
+  Index vertex_room_ = 0;
   FreePieceArrays arrays_{};
 };
 

@@ -16,13 +16,16 @@
 #include "lib/solver/methods/coarse_kernel.h"
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/edge_crossing.h"
 #include "lib/solver/methods/feature_meeting.h"
 #include "lib/solver/methods/grip_motion.h"
-#include "lib/solver/methods/rigid_balance.h"
+#include "lib/solver/methods/group_balance.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
 #include "lib/solver/state/surface_contact.h"
+#include "lib/solver/state/tissue_touch.h"
 #include "lib/solver/state/tool_spring.h"
+#include "lib/solver/state/touch_rules.h"
 
 namespace pbdsurg::cuda {
 
@@ -83,7 +86,7 @@ struct VertexArrays {
 };
 
 // Of VertexArrays::holds, where no tool holds the vertex: contacts are all there is, of tools that
-// meet vertices and perhaps of others; of surfaces alone.
+// meet vertices and perhaps of others; of surfaces or other bodies alone.
 inline constexpr Index kOnlyTouched = -2;
 inline constexpr Index kOnlySurfaces = -3;
 
@@ -95,6 +98,13 @@ struct FreePieceArrays {
   /// [copy][count] the first of those that a piece moves with, or kInvalidIndex if it is pushed
   /// from outside: see PushedPieces. Null: each moves by itself.
   Index* groups = nullptr;
+  /// [copy][count] likewise, as bodies have pushed each other by the end of a substep. Null: no
+  /// bodies meet.
+  Index* meeting = nullptr;
+  const Index* piece_of_place = nullptr;  ///< [capacity] or kInvalidIndex; may be null
+  // [copy][count] of those that contacts touch and nothing holds, in the current sweep
+  Index* touched = nullptr;      ///< the first of those that move at once, or kInvalidIndex
+  MomentumSums* sums = nullptr;  ///< where touched
 
   bool operator==(const FreePieceArrays&) const = default;
 };
@@ -298,9 +308,8 @@ struct SurfaceArrays {
   const Index* triangles = nullptr;  ///< [triangle][3] places; kInvalidIndex where there is none
   /// [place] the triangles there, ascending, from first_around[place] to first_around[place + 1]
   const Index* around = nullptr;
-  const Index* first_around = nullptr;    ///< [capacity + 1]
-  const Index* piece_of_place = nullptr;  ///< [capacity] free pieces, or kInvalidIndex; may be null
-  const float* firmness = nullptr;        ///< [capacity] see ContactFirmness
+  const Index* first_around = nullptr;  ///< [capacity + 1]
+  const float* firmness = nullptr;      ///< [capacity] see ContactFirmness
   // of the current substep
   Index* met_counts = nullptr;           ///< [copy][meeter] candidates; zero between searches
   DeviceContact* found = nullptr;        ///< [copy][meeter][tool_room] in any order
@@ -315,7 +324,6 @@ struct SurfaceArrays {
   /// [copy][contact_room] contacts of one level share no corner and no spring, and come after
   /// those of lower ones
   Index* levels = nullptr;
-  RigidContact* rigid = nullptr;  ///< [copy][contact_room]
   ToolSpring* springs = nullptr;  ///< [copy][meeter_room] yield 0 of those that have none
   // of the substep before, but for the first
   RememberedContact* remembered = nullptr;  ///< [copy][contact_room]
@@ -332,6 +340,81 @@ struct SurfaceArrays {
   Index meeter_room = 0, contact_room = 0;
 
   bool operator==(const SurfaceArrays&) const = default;
+};
+
+/// A vertex and a body that it may meet.
+struct alignas(16) TouchVertex {
+  Index place;  ///< kInvalidIndex: none
+  Index body;   ///< its own, of the tissue
+  Index other;  ///< of TouchArrays::bodies
+  Index pair;
+};
+
+struct TouchBody {
+  Index body;  ///< of the tissue
+  Index first_group, group_count;
+  Index first_edge_group, edge_group_count;
+  bool is_two_sided;
+};
+
+struct TouchPair {
+  float thickness, friction;
+  Index first, second;  ///< of TouchArrays::bodies
+};
+
+/// A triangle of a body, or a link, which has its second end twice.
+struct alignas(16) TouchTriangle {
+  Index corners[3];
+  Index index;  ///< of the body's, ascending; kInvalidIndex: none
+};
+
+/// Bodies that meet each other: see ContactBodies. Nothing at all, until there are any. Triangles
+/// and edges are in groups that lie near each other, those of a body one after another.
+struct TouchArrays {
+  static constexpr Index kGroup = 32;
+
+  const TouchVertex* vertices = nullptr;  ///< [vertex_count] in the order of contacts
+  const TouchBody* bodies = nullptr;
+  const TouchPair* pairs = nullptr;          ///< [pair_count]
+  const TouchTriangle* triangles = nullptr;  ///< [group][kGroup]
+  const CrossingEdge* edges = nullptr;       ///< [edge_count] ascending; body kInvalidIndex: none
+  const Index* edge_bodies = nullptr;        ///< [edge_count] of bodies
+  const Index* edge_groups = nullptr;        ///< [group][kGroup] of edges, or kInvalidIndex
+  TouchRules rules{};
+  Index vertex_count = 0, edge_count = 0, pair_count = 0;
+  Index triangle_group_count = 0, edge_group_count = 0;
+  float thickest = 0;  ///< m, of all pairs
+  // of the current substep
+  ContactBox* boxes = nullptr;         ///< [copy][group] of triangles, then of edges
+  std::uint32_t* most_way = nullptr;   ///< [copy] bits of m^2; zero between searches
+  Index* near_counts = nullptr;        ///< [copy] zero between searches
+  Index* near = nullptr;               ///< [copy][vertex_count + edge_count] in any order
+  std::uint8_t* is_met = nullptr;      ///< [copy][vertex_count]
+  Index* crossing_counts = nullptr;    ///< [copy] zero between searches
+  std::uint64_t* crossings = nullptr;  ///< [copy][crossing_room] both edges, in any order
+  TissueTouch* found = nullptr;        ///< [copy][vertex_count + crossing_room]
+  Index* last_holds = nullptr;         ///< [copy][capacity] kInvalidIndex between searches
+  Index* order = nullptr;              ///< [copy][contact_room] within found
+  TissueTouch* contacts = nullptr;     ///< [copy][contact_room] in the order of slots
+  Index* counts = nullptr;             ///< [copy]
+  // as in SurfaceArrays, with four holds a contact
+  Index* level_counts = nullptr;
+  HoldRange* holds_at = nullptr;
+  Index* holds = nullptr;
+  Index* roots = nullptr;
+  Index* befores = nullptr;  ///< [copy][hold] the contact before at its place, or kInvalidIndex
+  float* pushes = nullptr;
+  Index* levels = nullptr;
+  // of the substep before, but for the first
+  RememberedTouch* remembered = nullptr;  ///< [copy][contact_room]
+  Index* remembered_counts = nullptr;     ///< [copy]
+  // what the host reads after the step
+  TissueTouch* told = nullptr;                 ///< [copy][contact_room]
+  RememberedTouch* told_remembered = nullptr;  ///< [copy][contact_room]
+  Index* told_counts = nullptr;                ///< [copy]
+  Index contact_room = 0, crossing_room = 0;
+
+  bool operator==(const TouchArrays&) const = default;
 };
 
 struct GripInput;
@@ -356,6 +439,11 @@ struct ToolArrays {
   GripPointInput* told_points;  ///< [copy][point_room]
   Index grip_room, point_room;
   SurfaceArrays surfaces;
+  TouchArrays touches;  ///< which act where tools do
+  // of pieces that move at once, see group_balance.h
+  GroupContact* group_contacts;  ///< [copy][group_room]
+  GroupAnswer* group_answers;    ///< [copy][group_room]
+  Index group_room;
 
   bool operator==(const ToolArrays&) const = default;
 };
@@ -475,6 +563,7 @@ struct alignas(16) StepInput {
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
   Index meeter_count, swept_count, half_space_count;
   Index grip_count, grip_point_count;
+  Index touch_count;           ///< of contacts between bodies, when the part of the step begins
   std::uint32_t tools;         ///< ToolInput[tool]
   std::uint32_t wrenches;      ///< Wrench[tool] summed up in the step
   std::uint32_t origins;       ///< Vec3<float>[substep][tool] m
@@ -492,6 +581,7 @@ struct alignas(16) StepInput {
   std::uint32_t swept;         ///< SweptCapsule[substep][capsule of a meeter]
   std::uint32_t half_spaces;   ///< SweptHalfSpace[substep][half space]
   std::uint32_t remembered;    ///< RememberedContact[] of all meeters
+  std::uint32_t touches;       ///< RememberedTouch[touch_count]
   StepSums sums;
   // Of BDF2: those from the second substep on, which take the place of the above.
   FreeMotion<float> later_motion;

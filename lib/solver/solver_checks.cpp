@@ -170,9 +170,6 @@ void check_contact_pair(const ContactPair& pair, const SolverData& data) {
                           " m; it must be positive and finite");
   }
   check_surface({ContactFeatures::all, friction});
-  if (data.backend->keeps_state()) {
-    throw BackendUnavailable("on a device bodies do not meet each other");
-  }
 }
 
 void check_grasp_compliance(float compliance) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/solver/balanced_group.h"
 #include "tests/solver/cube_of_masses.h"
 #include "tests/support/catch.h"
 
@@ -60,16 +61,16 @@ TEST_CASE("group balance: a contact gives to one what it takes from the other", 
   const std::vector bodies{cube(kCubeMass, {0, 0, -down}), cube(other_mass, {0, 0, 0})};
   const std::vector<GroupContact> contacts = between(gap, {0, 0, 0}, push, 0);
 
-  const GroupScrews twists = GroupBalance(bodies, contacts).twists();
+  const GroupSpace twists = testing::balanced(bodies, contacts);
 
-  const Vector upper = twists.of(0).linear, lower = twists.of(1).linear;
+  const Vector upper = twists.twist_of(0).linear, lower = twists.twist_of(1).linear;
   // m1 (q1 - down) = f, m2 q2 = -f, f = 4 (push - k (gap + q1 - q2))
   const double yield = 1 / kCubeMass + 1 / other_mass;
   const double force = 4 * (push - kStiffness * (gap + down)) / (1 + 4 * kStiffness * yield);
   CHECK(force > 0);
   CHECK(upper.z == Approx(down + force / kCubeMass));
   CHECK(lower.z == Approx(-force / other_mass));
-  CHECK(norm(twists.of(0).angular) + norm(twists.of(1).angular) < 1e-9);
+  CHECK(norm(twists.twist_of(0).angular) + norm(twists.twist_of(1).angular) < 1e-9);
 }
 
 // Would catch a contact that pulls.
@@ -77,11 +78,11 @@ TEST_CASE("group balance: what no contact pushes goes as it flies", "[unit]") {
   const std::vector bodies{cube(kCubeMass, {1e-3, 0, -2e-3}), cube(kCubeMass, {0, 3e-3, 0})};
   const std::vector<GroupContact> contacts = between(0.1, {0, 0, 0}, 0, 0.3);
 
-  const GroupScrews twists = GroupBalance(bodies, contacts).twists();
+  const GroupSpace twists = testing::balanced(bodies, contacts);
 
-  CHECK(twists.of(0).linear.x == Approx(-1e-3));
-  CHECK(twists.of(0).linear.z == Approx(2e-3));
-  CHECK(twists.of(1).linear.y == Approx(-3e-3));
+  CHECK(twists.twist_of(0).linear.x == Approx(-1e-3));
+  CHECK(twists.twist_of(0).linear.z == Approx(2e-3));
+  CHECK(twists.twist_of(1).linear.y == Approx(-3e-3));
 }
 
 // Would catch friction beyond its cone, on one of two alone, or of another direction.
@@ -95,9 +96,10 @@ TEST_CASE("group balance: what slides on another is slowed by the cone, and take
     contact.contact.stiffness *= 1e-6;
   }
 
-  const GroupScrews twists = GroupBalance(bodies, contacts).twists();
+  const GroupSpace twists = testing::balanced(bodies, contacts);
 
-  const double drag = kCubeMass * twists.of(0).linear.x, other_drag = heavy * twists.of(1).linear.x;
+  const double drag = kCubeMass * twists.twist_of(0).linear.x,
+               other_drag = heavy * twists.twist_of(1).linear.x;
   CHECK(drag + other_drag == Approx(0).margin(1e-9 * push));
   CHECK(std::abs(drag) < 4 * friction * push * 1.01);
   CHECK(std::abs(drag) > 0.9 * 4 * kStiffness * 1e-6 * slip);
@@ -126,12 +128,16 @@ TEST_CASE("group balance: pieces that touch only what stands move as each by its
     contacts.push_back({alone.back(), 1});
   }
 
-  const GroupScrews twists = GroupBalance(bodies, contacts).twists();
+  const GroupSpace twists = testing::balanced(bodies, contacts);
 
   for (Index i = 0; i < 2; ++i) {
-    const Screw own = RigidBalance(sums[i], alone.data(), static_cast<Index>(alone.size())).twist();
-    CHECK(norm(twists.of(i).linear - own.linear) < 1e-5 * norm(own.linear));
-    CHECK(norm(twists.of(i).angular - own.angular) < 1e-5 * norm(own.angular));
+    std::vector<GroupContact> own_contacts;
+    for (const RigidContact& contact : alone) {
+      own_contacts.push_back({contact, 0});
+    }
+    const Screw own = testing::balanced({bodies[i]}, own_contacts).twist_of(0);
+    CHECK(norm(twists.twist_of(i).linear - own.linear) < 1e-5 * norm(own.linear));
+    CHECK(norm(twists.twist_of(i).angular - own.angular) < 1e-5 * norm(own.angular));
   }
 }
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "lib/solver/methods/rigid_balance.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,6 +6,8 @@
 
 #include "pbdsurg/base/random.h"
 
+#include "lib/solver/methods/group_balance.h"
+#include "tests/solver/balanced_group.h"
 #include "tests/solver/cube_of_masses.h"
 #include "tests/support/catch.h"
 
@@ -38,7 +38,11 @@ RigidContact contact_below(double gap, const Vector& slip, const ContactForce<do
 }
 
 Screw twist_of(const MomentumSums& sums, const std::vector<RigidContact>& contacts) {
-  return RigidBalance(sums, contacts.data(), static_cast<Index>(contacts.size())).twist();
+  std::vector<GroupContact> of_group;
+  for (const RigidContact& contact : contacts) {
+    of_group.push_back({contact, 0});
+  }
+  return testing::balanced({RigidBody(sums)}, of_group).twist_of(0);
 }
 
 double uniform(std::uint64_t element, std::uint64_t number, double low, double high) {

@@ -128,10 +128,17 @@ void FakeDevice::start_step(SolverData& data) {
   own_.gravity = data.gravity;
   static_cast<PieceLists&>(own_.free_pieces) = data.free_pieces;
   own_.contact_firmness = data.contact_firmness;
+  const bool met_before = !own_.contact_bodies.empty();
+  own_.contact_bodies = data.contact_bodies;
+  if (own_.contact_bodies.empty() == met_before) {
+    own_.rebuild_plan();
+  }
+  own_.reserve_touches();
   own_.coarse_space = data.coarse_space;
   for (Index i = 0; i < data.copy_count(); ++i) {
     own_.copy(i).past_substep = data.copy(i).past_substep;
     own_.copy(i).factors = data.copy(i).factors;
+    own_.copy(i).touches.remembered = data.copy(i).touches.remembered;
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
@@ -174,6 +181,8 @@ StepReport FakeDevice::finish_step(SolverState& data) {
       tool.remembered = own.remembered;
       tool.grip = own.grip;
     }
+    copy.touches.contacts = own_.copy(i).touches.contacts;
+    copy.touches.remembered = own_.copy(i).touches.remembered;
     copy.last_report = own_.copy(i).last_report;
     read_positions(data, i, watched_, copy.watched_positions);
   }

@@ -46,10 +46,6 @@ ToolPose at(const Eigen::Vector3f& place) {
   return pose;
 }
 
-bool is_on_host(const Solver& solver) {
-  return solver.options().executor.kind() != ExecutorKind::device;
-}
-
 }  // namespace
 
 void RandomTouches::change(Choices& choices, Solver& solver, Solver* twin) {
@@ -130,7 +126,7 @@ void RandomTouches::let_bodies_meet(Choices& choices, Solver& solver, Solver* tw
   const std::vector<Index> bodies = find_all(solver.tissue().bodies().size(), [&](Index body) {
     return solver.tissue().is_body_alive(body);
   });
-  if (!is_on_host(solver) || bodies.empty()) {
+  if (bodies.empty()) {
     return;
   }
   const Index first = choices.one_of(bodies), second = choices.one_of(bodies);

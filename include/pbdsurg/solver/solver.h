@@ -483,9 +483,9 @@ class PBDSURG_API Solver {
   /// @param first   of tetrahedra, a sheet or particles
   /// @param second  likewise; the first itself: parts of it that are no neighbours, nor nearer than
   ///                three thicknesses at rest, meet each other
-  /// @throws InvalidArgument     naming the body that there is not, or the thickness or friction
-  ///                             out of range
-  /// @throws BackendUnavailable  on a device
+  /// @throws InvalidArgument  naming the body that there is not, or the thickness or friction out
+  /// of
+  ///                          range
   void set_body_contact(Index first, Index second, const TissueContact& contact);
 
   /// Lets two bodies pass through each other again.

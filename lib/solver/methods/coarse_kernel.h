@@ -13,6 +13,7 @@
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
 
+#include "lib/solver/methods/workers.h"
 #include "lib/solver/state/particle.h"
 
 namespace pbdsurg {
@@ -236,12 +237,6 @@ PBDSURG_HOST_DEVICE inline Turn turn_of(const double (&sums)[4][4]) {
   }
   return nearest_turn(products);
 }
-
-/// Some who work on the same numbers: each on those whose index is `first` modulo `stride`.
-struct OneWorker {
-  Index first = 0, stride = 1;
-  PBDSURG_HOST_DEVICE void meet() const {}
-};
 
 /// What tools hold near some nodes: a spring for each, at the mean of its vertices.
 struct CoarseHolds {

@@ -35,8 +35,9 @@ inline constexpr float kAsNear = 1e-4F;
 struct NearPoint {
   Index corners[3];
   float weights[3];
-  Vec3<float> away;      ///< m, to the vertex
-  float distance;        ///< m
+  Vec3<float> away;  ///< m, to the vertex
+  float distance;    ///< m
+  // see face()
   Vec3<float> outwards;  ///< unit, out of the triangle; of a link, to the vertex
   float alignment;       ///< of the way to the vertex with that
 
@@ -74,9 +75,27 @@ struct NearPoint {
   near.weights[0] = 1 - share;
   near.weights[1] = share;
   near.weights[2] = 0;
-  near.outwards = (1 / near.distance) * near.away;
-  near.alignment = 1;
   return near.distance > 0 && is_finite_number(near.distance);
+}
+
+/// Unit, out of a triangle.
+template <class Start>
+[[nodiscard]] PBDSURG_HOST_DEVICE Vec3<float> outwards_of(const Start& start,
+                                                          const Index (&corners)[3]) {
+  const Vec3<float> a = start.position(corners[0]);
+  return direction_of(cross(start.position(corners[1]) - a, start.position(corners[2]) - a));
+}
+
+/// Finds how a point that was found faces the vertex.
+template <class Start>
+PBDSURG_HOST_DEVICE void face(const Start& start, NearPoint& near) {
+  if (near.corners[1] == near.corners[2]) {
+    near.outwards = (1 / near.distance) * near.away;
+    near.alignment = 1;
+    return;
+  }
+  near.outwards = outwards_of(start, near.corners);
+  near.alignment = near.distance > 0 ? dot(near.outwards, near.away) / near.distance : 1.0F;
 }
 
 /// None of a triangle without a place, or of one that faces what the vertex left last.
@@ -97,12 +116,11 @@ template <class Start>
   if (corners[1] == corners[2]) {
     return find_near_of_link(a, b, near);
   }
-  const Vec3<float> c = start.position(corners[2]) - x;
-  const Vec3<float> ab = b - a, ac = c - a;
-  near.outwards = direction_of(cross(ab, ac));
-  if (left != nullptr && dot(near.outwards, *left) < kOtherWall) {
+  if (left != nullptr && dot(outwards_of(start, corners), *left) < kOtherWall) {
     return false;
   }
+  const Vec3<float> c = start.position(corners[2]) - x;
+  const Vec3<float> ab = b - a, ac = c - a;
   const auto [feature, b_weight, c_weight, sum] = closest_feature<float>(
       -dot(ab, a), -dot(ac, a), -dot(ab, b), -dot(ac, b), -dot(ab, c), -dot(ac, c));
   const float b_share = b_weight / sum, c_share = c_weight / sum;
@@ -111,12 +129,12 @@ template <class Start>
   near.weights[2] = c_share;
   near.away = -1.0F * (near.weights[0] * a + b_share * b + c_share * c);
   near.distance = std::sqrt(dot(near.away, near.away));
-  near.alignment = near.distance > 0 ? dot(near.outwards, near.away) / near.distance : 1.0F;
-  return is_finite_number(near.distance) && is_finite_way(near.outwards);
+  return is_finite_number(near.distance);
 }
 
 /// Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
 /// most, tells the side; of those that do so as much, the first.
+/// @param near   that face() was called for
 /// @param least  m, the distance of the nearest
 [[nodiscard]] PBDSURG_HOST_DEVICE inline bool is_as_near(const NearPoint& near, float least) {
   return near.distance <= (1 + kAsNear) * least;

@@ -206,10 +206,13 @@ class TouchSearch {
 
   // Of a list.
   [[nodiscard]] const NearPoint* find_nearest(float least) const {
-    const std::vector<NearPoint>& all = touches_.search.near;
+    std::vector<NearPoint>& all = touches_.search.near;
     float most = -1;
-    for (const NearPoint& near : all) {
-      most = is_as_near(near, least) ? std::max(most, std::fabs(near.alignment)) : most;
+    for (NearPoint& near : all) {
+      if (is_as_near(near, least)) {
+        face(start_, near);
+        most = std::max(most, std::fabs(near.alignment));
+      }
     }
     const auto found = std::ranges::find_if(all, [&](const NearPoint& near) {
       return is_as_near(near, least) && faces_as_much(near, most);

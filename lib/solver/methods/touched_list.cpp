@@ -21,7 +21,7 @@ void TouchedPieces::add(Index piece, const MomentumSums& sums) {
 void TouchedPieces::join(Index first, Index second) {
   const Index a = std::min(pieces_[first].group, pieces_[second].group);
   const Index b = std::max(pieces_[first].group, pieces_[second].group);
-  if (a == b || size_of(a) + size_of(b) > GroupScrews::kMostPieces) {
+  if (a == b || size_of(a) + size_of(b) > GroupSpace::kMostPieces) {
     return;
   }
   for (TouchedPiece& piece : pieces_) {

@@ -4,10 +4,12 @@
 #include <cmath>
 
 #include "lib/solver/methods/custom_constraints.h"
+#include "lib/solver/methods/group_balance.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_moves.h"
+#include "lib/solver/methods/workers.h"
 
 namespace pbdsurg {
 namespace {
@@ -76,17 +78,6 @@ void move(const StepContext& step, const TouchedPiece& touched, const Screw& twi
   });
 }
 
-// By itself, as devices do it.
-void balance_one(const StepContext& step, const TouchedPiece& touched) {
-  std::vector<RigidContact>& contacts = step.scratch.rigid_contacts;
-  contacts.clear();
-  for (const GroupContact& contact : step.scratch.group_contacts) {
-    contacts.push_back(contact.contact);
-  }
-  const auto count = static_cast<Index>(contacts.size());
-  move(step, touched, RigidBalance(touched.sums, contacts.data(), count).twist());
-}
-
 void balance_group(const StepContext& step, Index group, float inverse_dt_squared) {
   const TouchedPieces& touched = step.scratch.touched;
   std::vector<RigidBody>& bodies = step.scratch.group_bodies;
@@ -98,14 +89,15 @@ void balance_group(const StepContext& step, Index group, float inverse_dt_square
       add_contacts(step, i, inverse_dt_squared);
     }
   }
-  if (bodies.size() == 1) {
-    balance_one(step, touched[group]);
-    return;
-  }
-  const GroupScrews twists = GroupBalance(bodies, step.scratch.group_contacts).twists();
+  const std::vector<GroupContact>& contacts = step.scratch.group_contacts;
+  step.scratch.group_answers.resize(contacts.size());
+  GroupSpace& space = step.scratch.group_space.front();
+  GroupBalance(OneWorker{}, bodies.data(), static_cast<Index>(bodies.size()), contacts.data(),
+               static_cast<Index>(contacts.size()), step.scratch.group_answers.data(), space)
+      .run();
   for (Index i = group; i < touched.count(); ++i) {
     if (touched[i].group == group) {
-      move(step, touched[i], twists.of(touched[i].rank));
+      move(step, touched[i], space.twist_of(touched[i].rank));
     }
   }
 }

@@ -5,8 +5,8 @@
 /// Free pieces that surfaces of tools or other bodies touch, of the vertex-block method. A sweep
 /// moves a vertex by what its neighbours leave it, which is far less than how a whole piece has to
 /// go, so sweeps that end early would hold to a surface what should slide on it. So the piece moves
-/// as a rigid body, too: see rigid_balance.h. Pieces that touch each other move at once, so that
-/// what a contact gives to one it takes from the other: see group_balance.h.
+/// as a rigid body, too: see group_balance.h. Pieces that touch each other move at once, so that
+/// what a contact gives to one it takes from the other.
 ///
 /// What a tool holds or touches without a surface has no such motion, and neither has what custom
 /// constraints push from outside. One after another, in one order, by one thread. Cost, after each

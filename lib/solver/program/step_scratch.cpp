@@ -109,9 +109,10 @@ void StepScratch::reserve_holds(const SolverData& data) {
   holds.reserve(most);
   gives.reserve(most);
   contact_entries.reserve(most);
-  rigid_contacts.reserve(most_rigid);
   group_contacts.reserve(most_rigid);
-  group_bodies.reserve(GroupScrews::kMostPieces);
+  group_answers.reserve(most_rigid);
+  group_bodies.reserve(GroupSpace::kMostPieces);
+  group_space.resize(1);
   piece_pairs.reserve(most_rigid);
 }
 
@@ -134,7 +135,7 @@ std::size_t StepScratch::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) + bytes_of(fixed_points) +
       bytes_of(triangles_at_tool) + bytes_of(first_holds) + bytes_of(holds) + bytes_of(gives) +
-      bytes_of(held) + bytes_of(contact_entries) + bytes_of(rigid_contacts) +
+      bytes_of(held) + bytes_of(contact_entries) + bytes_of(group_answers) + bytes_of(group_space) +
       bytes_of(group_contacts) + bytes_of(group_bodies) + bytes_of(piece_pairs) +
       touched.memory_bytes() + bytes_of(end_ways) + bytes_of(end_gives) + bytes_of(end_shears) +
       bytes_of(linked) + bytes_of(lone_ends) + coarse.memory_bytes() + pushed.memory_bytes() +

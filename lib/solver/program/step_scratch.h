@@ -16,7 +16,6 @@
 #include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/group_balance.h"
 #include "lib/solver/methods/pushed_pieces.h"
-#include "lib/solver/methods/rigid_balance.h"
 #include "lib/solver/methods/touched_list.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
@@ -104,9 +103,10 @@ struct PBDSURG_API StepScratch {
   std::vector<ContactEntry> contact_entries;  // likewise
   std::vector<TissueSurface::PlaceTriangle> triangles_at_tool;  ///< that one may touch
   TouchedPieces touched;                                        ///< in the current sweep
-  std::vector<RigidContact> rigid_contacts;  ///< of one piece, see touched_pieces.h
-  std::vector<GroupContact> group_contacts;  ///< of pieces that meet, likewise
+  std::vector<GroupContact> group_contacts;  ///< of pieces that move at once, see group_balance.h
+  std::vector<GroupAnswer> group_answers;    // likewise
   std::vector<RigidBody> group_bodies;       // likewise
+  std::vector<GroupSpace> group_space;       ///< one, likewise
   std::vector<PiecePair> piece_pairs;        ///< that push each other, see eased_pieces.h
   CoarseScratch coarse;                      ///< of its coarse correction, if it has one
   // of its stiff links, custom constraints and bodies that meet, if there are any

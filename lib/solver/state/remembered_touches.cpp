@@ -68,6 +68,17 @@ void RememberedTouch::sort_edges() {
   slot = slot_of_edges(first[0], first[1], second[0], second[1]);
 }
 
+void TissueTouches::forget_from(Index place, Index body) {
+  const std::size_t lost = std::erase_if(remembered, [&](const RememberedTouch& known) {
+    const TouchSlot& slot = known.slot;
+    return slot.place >= place || slot.body >= body ||
+           std::ranges::any_of(slot.edges, [&](Index end) { return end >= place; });
+  });
+  if (lost > 0) {
+    contacts.clear();
+  }
+}
+
 std::vector<SnapshotBodyContact> touches_of(const SolverState& state, const CopyState& copy) {
   std::vector<SnapshotBodyContact> contacts;
   if (copy.touches.remembered.empty()) {

@@ -64,13 +64,10 @@ class ProgramFollower final : public Follower {
     data_.contact_bodies.drop_bodies_from(bodies);
     for (Index i = 0; i < data_.copy_count(); ++i) {
       TissueTouches& touches = data_.copy(i).touches;
-      const std::size_t lost = std::erase_if(touches.remembered, [&](const RememberedTouch& known) {
-        const TouchSlot& slot = known.slot;
-        return slot.place >= places || slot.body >= bodies ||
-               std::ranges::any_of(slot.edges, [&](Index end) { return end >= places; });
-      });
-      if (lost > 0) {
-        touches.contacts.clear();
+      touches.forget_from(places, bodies);
+      if (data_.step_in_flight == SolverState::Step::running) {
+        touches.first_lost_place = std::min(touches.first_lost_place, places);
+        touches.first_lost_body = std::min(touches.first_lost_body, bodies);
       }
     }
     if (data_.contact_bodies.empty() != was_empty) {

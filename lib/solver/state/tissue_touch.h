@@ -71,7 +71,7 @@ struct TouchSlot {
 /// with u the displacements of its corners since the start of the substep, in fraction mode their
 /// positions. Normal and weights are those of the start, where the normal is the way from the
 /// second side to the first: so a force along it has no moment.
-struct TissueTouch {
+struct alignas(16) TissueTouch {
   static constexpr int kCorners = 4;
 
   TouchSlot slot;
@@ -112,7 +112,7 @@ struct TissueTouch {
 };
 
 /// What a substep leaves to the next of a contact.
-struct RememberedTouch {
+struct alignas(16) RememberedTouch {
   /// Puts the places of two edges in the order of slots, after these have got other numbers.
   void sort_edges();
 

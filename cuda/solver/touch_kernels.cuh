@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How bodies answer each other in a substep: see touch_response.h.
+
+#include "cuda/solver/contact_projection.cuh"
+#include "cuda/solver/surface_answer_kernels.cuh"
+#include "cuda/solver/touch_contact.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+// A warp each, so that many multiprocessors load and store contacts, which lie far apart.
+constexpr int kWarpBlocks = 32;
+
+constexpr int kMoveThreads = 512;  // as many contacts are near at hand
+using MovingTouchCorners = MovingCorners<TouchArrays, kMoveThreads, TissueTouch::kCorners>;
+
+/// A contact while it moves its corners, all or none: momentum is theirs together.
+struct MovingTouch {
+  TissueTouch touch;
+  Index level;
+  Index roots[TissueTouch::kCorners];
+  float stiffness;  ///< kg, see project_contact()
+  float gap;        ///< m, when it last looked
+
+  __device__ MovingTouch(const TouchArrays& touches, Index c)
+      : touch(touches.contacts[c]), level(touches.levels[c]) {
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      roots[k] = touches.roots[TissueTouch::kCorners * c + k];
+    }
+  }
+
+  /// Once corners are known.
+  template <class Corners>
+  __device__ void begin(const Corners& corners) {
+    float yield = 0;
+#pragma unroll
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      yield += touch.weights[k] * touch.weights[k] * load(corners, k).w;
+    }
+    stiffness = stiffness_of(yield);
+    look(corners);
+  }
+
+  template <class Corners>
+  __device__ void look(const Corners& corners) {
+    gap = read(corners).gap;
+  }
+
+  template <class Corners>
+  __device__ void project(const Corners& corners) {
+    project_contact(
+        touch, touch.mu, stiffness, [&] { return read(corners); },
+        [&](const Vec3<float>& push) { move(corners, push); });
+  }
+
+  /// Out of the plane alone, which it has just looked at.
+  template <class Corners>
+  __device__ void push_out(const Corners& corners) {
+    push_contact_out(touch, stiffness, {gap, {}},
+                     [&](const Vec3<float>& push) { move(corners, push); });
+  }
+
+  __device__ void put_back(const TouchArrays& touches, Index c) const {
+    touches.contacts[c].multiplier = touch.multiplier;
+    touches.contacts[c].friction = touch.friction;
+  }
+
+ private:
+  /// Corners that a contact does not depend on are where they lie: none moves them meanwhile.
+  template <class Corners>
+  [[nodiscard]] __device__ Particle load(const Corners& corners, int k) const {
+    return touch.weights[k] != 0 ? corners.load(touch.places[k], roots[k]) : Particle{};
+  }
+
+  template <class Corners>
+  [[nodiscard]] __device__ ContactReading<float> read(const Corners& corners) const {
+    Vec3<float> sums[2];
+#pragma unroll
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      const Vec3<float> part = touch.weights[k] * position_of(load(corners, k));
+      if (touch.side_of(k) == 0) {
+        sums[0] = sums[0] + part;
+      } else {
+        sums[1] = sums[1] + part;
+      }
+    }
+    return read_plane(touch, sums[0] + sums[1]);
+  }
+
+  template <class Corners>
+  __device__ void move(const Corners& corners, const Vec3<float>& push) const {
+    Particle moved[TissueTouch::kCorners];
+    bool are_finite = true;
+#pragma unroll
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      const Particle p = load(corners, k);
+      const Vec3<float> after = position_of(p) + (touch.weights[k] * p.w) * push;
+      moved[k] = {after.x, after.y, after.z, p.w};
+      are_finite = are_finite && is_finite_way(after);
+    }
+#pragma unroll
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      if (are_finite && touch.weights[k] != 0) {
+        corners.store(touch.places[k], roots[k], moved[k]);
+      }
+    }
+  }
+};
+
+/// @tparam kSettles  only those that are inside, without friction
+template <bool kSettles>
+__global__ void __launch_bounds__(kMoveThreads, 1)
+    move_touches(DeviceState state, ToolArrays tools) {
+  wait_for_previous();
+  state = of_copy(state);
+  const TouchArrays touches = of_copy(tools.touches, state.capacity);
+  const Index count = contact_count(touches);
+  if (count == 0) {
+    return;
+  }
+  __shared__ SharedRoom<MovingTouchCorners::Stage> room;
+  const MovingTouchCorners corners(state, touches, count, room.get());
+  OwnContacts<TouchArrays, MovingTouch> own(touches, count, kMoveThreads);
+  __syncthreads();
+  const ContactCrew crew(count, [] { __syncthreads(); });
+  if (crew.has_this_thread()) {
+    own.begin(corners);
+    crew.wait();
+    if constexpr (kSettles) {
+      push_out(crew, own, corners);
+    } else {
+      project(crew, own, corners, __ldcg(touches.level_counts));
+    }
+    own.end();
+  }
+  __syncthreads();
+  corners.store_all();
+}
+
+/// Before the sweeps of vertex blocks: how stiffly bodies meet.
+void begin_touches(const DeviceState& state, const VertexArrays& vertices, const ToolArrays& tools,
+                   StepInput* input, Index substep, const Launch& how) {
+  launch_yields<TouchArrays>(how, "launching how bodies are met", state, vertices, tools, input,
+                             substep);
+}
+
+void project_touches(const DeviceState& state, const ToolArrays& tools, bool settles,
+                     const Launch& how) {
+  launch(how, "launching contacts of bodies", 1, kMoveThreads,
+         settles ? move_touches<true> : move_touches<false>, state, tools);
+}
+
+/// Where vertices are when a sweep of vertex blocks begins; and before, multipliers become the
+/// forces of the contacts.
+/// @tparam kAnswers  whether they do
+template <bool kAnswers>
+__global__ void __launch_bounds__(kToolThreads)
+    see_touches(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const TouchArrays touches = of_copy(tools.touches, state.capacity);
+  input += copy_index();
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const Index count = contact_count(touches);
+  for (Index c = thread_index(); c < count; c += thread_count()) {
+    TissueTouch touch = touches.contacts[c];
+    TissueTouch& stored = touches.contacts[c];
+    stored.seen[0] = touch.seen[0] = sum_of_side(state, touch, 0);
+    stored.seen[1] = touch.seen[1] = sum_of_side(state, touch, 1);
+    if constexpr (kAnswers) {
+      take_over(touch,
+                answer(touch, touch.mu, read_plane(touch, touch.seen[0] + touch.seen[1]),
+                       inverse_dt_squared, touch.stiffness)
+                    .force,
+                1 / inverse_dt_squared);
+      stored.multiplier = touch.multiplier;
+      stored.friction = touch.friction;
+    }
+  }
+}
+
+void see_touches(const DeviceState& state, const ToolArrays& tools, StepInput* input, bool answers,
+                 const Launch& how) {
+  launch(how, "launching the answer of bodies", share_blocks(kWarpBlocks, 1, how), kWarp,
+         answers ? see_touches<true> : see_touches<false>, state, tools, input);
+}
+
+/// What the next substep has to know, and after the last one the host.
+__global__ void __launch_bounds__(kToolThreads)
+    keep_touches(ToolArrays tools, const StepInput* input, Index place_room, bool tells) {
+  wait_for_previous();
+  const TouchArrays touches = of_copy(tools.touches, place_room);
+  input += copy_index();
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const Index count = contact_count(touches);
+  for (Index c = thread_index(); c < count; c += thread_count()) {
+    const TissueTouch& touch = touches.contacts[c];
+    const RememberedTouch now{touch.slot, touch.normal, inverse_dt_squared * touch.multiplier,
+                              inverse_dt_squared * touch.friction};
+    touches.remembered[c] = now;
+    for (int k = 0; k < TissueTouch::kCorners; ++k) {
+      touches.holds_at[touch.places[k]] = {};
+    }
+    if (tells) {
+      touches.told[c] = touch;
+      touches.told_remembered[c] = now;
+    }
+  }
+  if (thread_index() == 0) {
+    *touches.remembered_counts = count;
+    if (tells) {
+      *touches.told_counts = count;
+    }
+  }
+}
+
+void remember_touches(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                      bool tells, const Launch& how) {
+  launch(how, "launching what is remembered of bodies", share_blocks(kWarpBlocks, 1, how), kWarp,
+         keep_touches, tools, input, state.capacity, tells);
+}
+
+/// As on the host.
+__device__ inline void ease_touch(const DeviceState& state, const TissueTouch& touch,
+                                  float inverse_h) {
+  Pushed<float> between;
+  Vec3<float> way;
+  float yield = 0;
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    const Index place = touch.places[k];
+    const float weight = touch.weights[k];
+    between.velocity = between.velocity + weight * load_velocity(state.velocities + place);
+    between.velocity_before =
+        between.velocity_before + weight * load_velocity(state.velocities_before + place);
+    way = way + weight * load_way(state.ways + place);
+    yield += weight * weight * load_particle(state.particles + place).w;
+  }
+  if (!(yield > 0)) {
+    return;
+  }
+  const Pushed<float> now = eased(between, touch.normal, way, inverse_h);
+  for (int k = 0; k < TissueTouch::kCorners; ++k) {
+    const Index place = touch.places[k];
+    const float share = touch.weights[k] * load_particle(state.particles + place).w / yield;
+    if (share != 0) {
+      Velocity* const velocity = state.velocities + place;
+      Velocity* const before = state.velocities_before + place;
+      store_velocity(velocity, load_velocity(velocity) + share * (now.velocity - between.velocity));
+      store_velocity(
+          before, load_velocity(before) + share * (now.velocity_before - between.velocity_before));
+    }
+  }
+}
+
+/// Of BDF2: see ease_contacts(). One block a copy.
+__global__ void __launch_bounds__(kMoveThreads)
+    ease_all_touches(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const TouchArrays touches = of_copy(tools.touches, state.capacity);
+  input += copy_index();
+  const Index count = contact_count(touches);
+  const Index levels = __ldcg(touches.level_counts);
+  for (Index level = 0; level < levels; ++level) {
+    for (Index c = static_cast<Index>(threadIdx.x); c < count; c += kMoveThreads) {
+      const TissueTouch& touch = touches.contacts[c];
+      if (touches.levels[c] == level && touch.multiplier > 0 && !touch.is_eased) {
+        ease_touch(state, touch, input->inverse_h);
+      }
+    }
+    __syncthreads();
+  }
+}
+
+void ease_touches(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                  const Launch& how) {
+  launch(how, "launching the easing of bodies", 1, kMoveThreads, ease_all_touches, state, tools,
+         input);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Contacts between bodies in the order of the host's list, with what sweeps need to find theirs.
+/// One block a copy.
+
+#include <cstddef>
+#include <cstdint>
+
+#include <cub/block/block_merge_sort.cuh>
+#include <cub/block/block_scan.cuh>
+
+#include "cuda/solver/surface_list_kernels.cuh"
+#include "cuda/solver/touch_contact.cuh"
+#include "cuda/solver/touch_search_kernels.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kTouchListThreads = 512;
+
+/// Flags that a thread reads at a time.
+constexpr Index kFlagsOfThread = sizeof(uint4);
+
+/// Lists what vertices have met, in their order.
+/// @param room  of the list
+/// @return      how many they have met
+__device__ inline Index list_met(const TouchArrays& touches, Index room) {
+  using Scan = cub::BlockScan<Index, kTouchListThreads>;
+  __shared__ typename Scan::TempStorage storage;
+  Index count = 0;
+  for (Index first = 0; first < touches.vertex_count; first += kTouchListThreads * kFlagsOfThread) {
+    const Index own = first + static_cast<Index>(threadIdx.x) * kFlagsOfThread;
+    union {
+      uint4 words;
+      std::uint8_t flags[kFlagsOfThread];
+    } met{};
+    if (own < touches.vertex_count) {
+      met.words = __ldcg(reinterpret_cast<const uint4*>(touches.is_met + own));
+    }
+    Index of_thread = 0;
+    for (const std::uint8_t flag : met.flags) {
+      of_thread += flag;
+    }
+    Index rank = 0, sum = 0;
+    Scan(storage).ExclusiveSum(of_thread, rank, sum);
+    for (Index i = 0, at = count + rank; of_thread > 0 && i < kFlagsOfThread; ++i) {
+      if (met.flags[i] != 0) {
+        if (at < room) {
+          touches.order[at] = own + i;
+        }
+        ++at;
+      }
+    }
+    count += sum;
+    __syncthreads();
+  }
+  return count;
+}
+
+/// What listing holds has near at hand, of as many contacts as there are threads: each thread has
+/// the corners of one.
+struct TouchStage {
+  static constexpr Index kContacts = kTouchListThreads;
+  static constexpr Index kHolds = TissueTouch::kCorners * kContacts;
+  using Sort = cub::BlockMergeSort<HoldKey, kTouchListThreads, TissueTouch::kCorners>;
+
+  HoldKey keys[kHolds];  ///< sorted
+  union {
+    typename Sort::TempStorage sort;
+    struct {
+      float weights[kHolds];  ///< [hold] negative if its contact is at rest
+      Index befores[kHolds];
+    } lists;
+  } room;
+  Index levels[kContacts];
+};
+
+/// Lists the holds of each place, the last first. All threads of a block call it.
+/// @param touch  the contact of this thread, if it has one
+/// @param count  of contacts, at most as many as there are threads
+__device__ inline void list_holds(const TouchArrays& touches, const TissueTouch& touch, Index count,
+                                  TouchStage& stage) {
+  constexpr Index kCorners = TissueTouch::kCorners;
+  constexpr HoldKey kNone = ~HoldKey{};
+  const Index first_hold = kCorners * static_cast<Index>(threadIdx.x);
+  HoldKey keys[kCorners];
+#pragma unroll
+  for (Index k = 0; k < kCorners; ++k) {
+    const bool is_there = first_hold < kCorners * count && touch.weights[k] != 0;
+    keys[k] = is_there ? key_of_hold(touch.places[k], first_hold + k) : kNone;
+  }
+  TouchStage::Sort(stage.room.sort).Sort(keys, [](const HoldKey& a, const HoldKey& b) {
+    return a < b;
+  });
+  __syncthreads();
+  float* const weights = stage.room.lists.weights;
+#pragma unroll
+  for (Index k = 0; k < kCorners; ++k) {
+    stage.keys[first_hold + k] = keys[k];
+    const float weight = fabsf(touch.weights[k]);
+    weights[first_hold + k] = touch.is_likely ? weight : -weight;
+    stage.room.lists.befores[first_hold + k] = kInvalidIndex;
+  }
+  __syncthreads();
+  for (Index i = static_cast<Index>(threadIdx.x); i < kCorners * count; i += kTouchListThreads) {
+    const HoldKey key = stage.keys[i];
+    if (key == kNone) {
+      continue;
+    }
+    const Index place = place_of(key), hold = hold_of(key);
+    const auto is_here = [&](Index other) {
+      return other >= 0 && other < TouchStage::kHolds && place_of(stage.keys[other]) == place;
+    };
+    Index first = i, end = i;
+    while (is_here(first - 1)) {
+      --first;
+    }
+    // its own push, even if that is not likely; others in the order of their holds
+    float pushes = weights[hold] > 0 ? 0.0F : -weights[hold];
+    for (end = first; is_here(end); ++end) {
+      const float weight = weights[hold_of(stage.keys[end])];
+      pushes += weight > 0 ? weight : 0.0F;
+    }
+    if (i + 1 < end) {
+      stage.room.lists.befores[hold] = hold_of(stage.keys[i + 1]) / kCorners;
+    }
+    touches.holds[i] = hold;
+    touches.roots[hold] = hold_of(stage.keys[end - 1]);
+    touches.pushes[hold] = pushes;
+    if (i == first) {
+      touches.holds_at[place] = {first, end - first};
+    }
+  }
+  __syncthreads();
+}
+
+/// Lists the holds of each place, the last first, of any number of contacts. All threads of a block
+/// call it.
+/// @param contacts  how many
+__device__ inline void list_many_holds(const TouchArrays& touches, Index contacts, Index* befores) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const Index holds = TissueTouch::kCorners * contacts;
+  __shared__ Index listed;
+  if (thread == 0) {
+    listed = 0;
+  }
+  // chains in any order: what comes before a hold is in roots until these are known
+  for (Index hold = thread; hold < holds; hold += kTouchListThreads) {
+    const Index place = place_of_corner(touches, hold);
+    befores[hold] = kInvalidIndex;
+    touches.roots[hold] =
+        place == kInvalidIndex ? kInvalidIndex : atomicExch(touches.last_holds + place, hold);
+  }
+  __syncthreads();
+  for (Index hold = thread; hold < holds; hold += kTouchListThreads) {
+    const Index place = place_of_corner(touches, hold);
+    if (place == kInvalidIndex || __ldcg(touches.last_holds + place) != hold) {
+      continue;
+    }
+    Index count = 0;
+    for (Index h = hold; h != kInvalidIndex; h = __ldcg(touches.roots + h)) {
+      ++count;
+    }
+    const Index first = atomicAdd(&listed, count);
+    Index* const own = touches.holds + first;
+    Index sorted = 0;
+    for (Index h = hold; h != kInvalidIndex; h = __ldcg(touches.roots + h)) {
+      Index at = sorted++;
+      for (; at > 0 && own[at - 1] < h; --at) {
+        own[at] = own[at - 1];
+      }
+      own[at] = h;
+    }
+    touches.holds_at[place] = {first, count};
+    touches.last_holds[place] = kInvalidIndex;
+  }
+  __syncthreads();
+  // threads of a place have read its chain
+  for (Index hold = thread; hold < holds; hold += kTouchListThreads) {
+    const Index place = place_of_corner(touches, hold);
+    if (place == kInvalidIndex) {
+      continue;
+    }
+    const HoldRange range = touches.holds_at[place];
+    const Index* const all = touches.holds + range.first;
+    const auto weight_of = [&](Index h) {
+      return fabsf(touches.contacts[h / TissueTouch::kCorners].weights[h % TissueTouch::kCorners]);
+    };
+    // its own push, even if that is not likely; others in the order of their holds
+    float pushes =
+        touches.contacts[hold / TissueTouch::kCorners].is_likely ? 0.0F : weight_of(hold);
+    for (Index i = 0; i < range.count; ++i) {
+      if (touches.contacts[all[i] / TissueTouch::kCorners].is_likely) {
+        pushes += weight_of(all[i]);
+      }
+      if (all[i] == hold && i + 1 < range.count) {
+        befores[hold] = all[i + 1] / TissueTouch::kCorners;
+      }
+    }
+    touches.pushes[hold] = pushes;
+    touches.roots[hold] = all[range.count - 1];
+  }
+  __syncthreads();
+}
+
+/// Finds the levels of contacts: those of one share no corner. A warp does it, for 32 contacts at a
+/// time.
+/// @param befores_of_holds  [hold] the contact before at its place, or kInvalidIndex
+/// @param levels            [contact]
+/// @return                  how many levels there are
+__device__ inline Index find_levels(const Index* befores_of_holds, Index* levels, Index count) {
+  const auto later = [](Index a, Index b) { return a < b ? b : a; };
+  const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
+  Index most = -1;
+  int4 next{};
+  const auto load = [&](Index c) {
+    return c < count ? reinterpret_cast<const int4*>(befores_of_holds)[c]
+                     : make_int4(kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex);
+  };
+  static_assert(TissueTouch::kCorners * sizeof(Index) == sizeof(int4));
+  next = load(lane);
+  for (Index first = 0; first < count; first += kWarp) {
+    const Index c = first + lane;
+    Index befores[] = {next.x, next.y, next.z, next.w};
+    next = load(c + kWarp);
+    Index of_earlier = -1;
+#pragma unroll
+    for (Index& before : befores) {
+      if (before != kInvalidIndex && before < first) {
+        of_earlier = later(of_earlier, levels[before]);
+        before = kInvalidIndex;
+      }
+    }
+    Index level = c < count ? kNoLevel : -1;
+    while (__any_sync(~0U, level == kNoLevel) != 0) {
+      Index last = of_earlier;
+#pragma unroll
+      for (const Index before : befores) {
+        const Index met = __shfl_sync(~0U, level, before == kInvalidIndex ? lane : before - first);
+        last = before == kInvalidIndex ? last : later(last, met);
+      }
+      level = level == kNoLevel && last != kNoLevel ? last + 1 : level;
+    }
+    if (c < count) {
+      levels[c] = level;
+      most = later(most, level);
+    }
+    __syncwarp();
+  }
+  return 1 - least_of_warp(-most);
+}
+
+__global__ void __launch_bounds__(kTouchListThreads)
+    list_touches(DeviceState state, ToolArrays tools, StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const TouchArrays touches = of_copy(tools.touches, state.capacity);
+  input += copy_index();
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const Index room = input->contact_capacity < touches.contact_room ? input->contact_capacity
+                                                                    : touches.contact_room;
+  const Index met = list_met(touches, room);
+  const Index crossed = __ldcg(touches.crossing_counts);
+  const Index crossings = crossed < touches.crossing_room ? crossed : touches.crossing_room;
+  rank_all<kTouchListThreads>(crossings, touches.levels, [&](Index j, Index i) {
+    return __ldcg(touches.crossings + j) < __ldcg(touches.crossings + i);
+  });
+  __syncthreads();
+  for (Index i = thread; i < crossings; i += kTouchListThreads) {
+    const Index at = met + __ldcg(touches.levels + i);
+    if (at < room) {
+      touches.order[at] = touches.vertex_count + i;
+    }
+  }
+  __syncthreads();
+  const Index all = met + crossed;
+  const Index count = all < room ? all : room;
+  TissueTouch touch;  // the last of this thread
+  for (Index c = thread; c < count; c += kTouchListThreads) {
+    touch = touches.found[__ldcg(touches.order + c)];
+    touch.seen[0] = sum_of_side(state, touch, 0);
+    touch.seen[1] = sum_of_side(state, touch, 1);
+    touch.is_likely =
+        touch.multiplier > 0 || read_plane(touch, touch.seen[0] + touch.seen[1]).gap < 0;
+    touches.contacts[c] = touch;
+  }
+  __shared__ SharedRoom<TouchStage> shared;
+  TouchStage& stage = shared.get();
+  const bool is_staged = count <= TouchStage::kContacts;
+  Index* const befores = is_staged ? stage.room.lists.befores : touches.befores;
+  Index* const levels_of = is_staged ? stage.levels : touches.levels;
+  __syncthreads();
+  if (is_staged) {
+    list_holds(touches, touch, count, stage);
+  } else {
+    list_many_holds(touches, count, befores);
+  }
+  if (thread < kWarp) {
+    const Index levels = find_levels(befores, levels_of, count);
+    if (thread == 0) {
+      *touches.near_counts = 0;
+      *touches.level_counts = levels;
+      *touches.counts = count;
+      *touches.crossing_counts = 0;
+      *touches.most_way = 0;
+      input->sums.dropped_contacts += all - count;
+    }
+  }
+  __syncthreads();
+  for (Index c = thread; c < count && is_staged; c += kTouchListThreads) {
+    touches.levels[c] = stage.levels[c];
+  }
+}
+
+/// As many as a large device has at once: what is near, the host does not know.
+constexpr int kMeetBlocks = 512;
+
+void find_touches(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                  Index substep, const Launch& how) {
+  const TouchArrays& touches = tools.touches;
+  const Index groups = touches.triangle_group_count + touches.edge_group_count;
+  launch(how, "launching boxes around bodies",
+         blocks_for(groups + blocks_for(touches.vertex_count, kWarp), kTouchWarps), kTouchThreads,
+         fit_groups, state, tools);
+  launch(how, "launching what is near bodies",
+         blocks_for(touches.vertex_count + touches.edge_count, kTouchThreads), kTouchThreads,
+         find_near_ones, state, tools);
+  launch(how, "launching the search of bodies", share_blocks(kMeetBlocks, 8, how), kTouchThreads,
+         meet_bodies, state, tools, input, substep);
+  launch(how, "launching the list of contacts of bodies", 1, kTouchListThreads, list_touches, state,
+         tools, input);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE
