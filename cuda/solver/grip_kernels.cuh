@@ -231,7 +231,8 @@ class GripPatch {
     for (Index pusher = 0; pusher < input_->pusher_count; ++pusher) {
       is_any |= touches(tools, pusher, place);
     }
-    return is_any || holds_of(tools.surfaces, place).count > 0;
+    return is_any || holds_of(tools.surfaces, place).count > 0 ||
+           holds_of(tools.touches, place).count > 0;
   }
 
   /// Moves a corner, if it then is somewhere.

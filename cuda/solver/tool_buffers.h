@@ -58,7 +58,7 @@ class ToolBuffers {
   [[nodiscard]] bool has_meeters() const noexcept { return has_meeters_; }
   [[nodiscard]] bool has_grips() const noexcept { return arrays_.grip_room > 0; }
   /// Whether bodies meet each other.
-  [[nodiscard]] bool has_touches() const noexcept { return arrays_.touches.vertices != nullptr; }
+  [[nodiscard]] bool has_touches() const noexcept { return arrays_.touches.pair_count > 0; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

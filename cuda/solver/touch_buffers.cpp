@@ -12,13 +12,16 @@ void TouchBuffers::take_over(const SolverData& data, Index vertex_room, cudaStre
     seen_.reset();
     return;
   }
-  if (seen_ != bodies.revision()) {
-    upload(bodies, stream);
-    seen_ = bodies.revision();
-  } else if (vertex_room == vertex_room_) {
+  if (seen_ == bodies.revision() && vertex_room == vertex_room_) {
     return;
   }
+  const bool are_others = seen_ != bodies.revision();
+  seen_.reset();  // until all is there
+  if (are_others) {
+    upload(bodies, stream);
+  }
   make_room(data, vertex_room, stream);
+  seen_ = bodies.revision();
 }
 
 void TouchBuffers::upload(const ContactBodies& bodies, cudaStream_t stream) {
@@ -85,6 +88,8 @@ void TouchBuffers::make_room(const SolverData& data, Index vertex_room, cudaStre
 }
 
 void TouchBuffers::take_contacts(Index copy, CopyState& state) const {
+  state.touches.contacts.clear();
+  state.touches.remembered.clear();
   if (seen_) {
     const auto first = static_cast<std::ptrdiff_t>(copy) * arrays_.contact_room;
     const Index count = arrays_.told_counts[copy];

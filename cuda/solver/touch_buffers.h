@@ -45,7 +45,7 @@ class TouchBuffers {
   DeviceBuffer<std::uint8_t> joined_;
   DeviceBuffer<Vec3<float>> rest_;
   DeviceBuffer<Index> first_neighbors_, neighbors_;
-  DeviceBuffer<ContactBox> boxes_;
+  DeviceBuffer<GroupBox> boxes_;
   DeviceBuffer<std::uint32_t> most_way_;
   DeviceBuffer<std::uint8_t> is_met_;
   DeviceBuffer<std::uint64_t> crossings_;

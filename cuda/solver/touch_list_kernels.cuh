@@ -71,7 +71,7 @@ struct TouchStage {
     typename Sort::TempStorage sort;
     struct {
       float weights[kHolds];  ///< [hold] negative if its contact is at rest
-      Index befores[kHolds];
+      alignas(int4) Index befores[kHolds];
     } lists;
   } room;
   Index levels[kContacts];

@@ -142,7 +142,7 @@ __global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, T
     }
   }
   if (lane == 0) {
-    touches.boxes[warp] = box;
+    touches.boxes[warp] = {box.low, 0, box.high, 0};
   }
 }
 
@@ -154,13 +154,22 @@ __device__ inline float least_of_warp(float own) {
   return own;
 }
 
+/// Whether the box of a group meets another: without a branch, so that many can be asked for at a
+/// time.
+__device__ inline bool meets(const GroupBox* group, const ContactBox& box) {
+  const float4 low = __ldcg(reinterpret_cast<const float4*>(group));
+  const float4 high = __ldcg(reinterpret_cast<const float4*>(group) + 1);
+  return ((low.x <= box.high.x) & (box.low.x <= high.x) & (low.y <= box.high.y) &
+          (box.low.y <= high.y) & (low.z <= box.high.z) & (box.low.z <= high.z)) != 0;
+}
+
 /// Calls visit(group), of the whole warp, for groups whose boxes meet another.
 template <class Visit>
-__device__ inline void for_each_near(const ContactBox* boxes, Index count, const ContactBox& box,
+__device__ inline void for_each_near(const GroupBox* boxes, Index count, const ContactBox& box,
                                      const Visit& visit) {
   const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
   for (Index first = 0; first < count; first += kWarp) {
-    const bool is_near = first + lane < count && boxes[first + lane].meets(box);
+    const bool is_near = first + lane < count && meets(boxes + first + lane, box);
     for (unsigned near = __ballot_sync(~0U, is_near); near != 0; near &= near - 1) {
       visit(first + __ffs(static_cast<int>(near)) - 1);
     }
@@ -237,7 +246,7 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
     if (!find(triangle, (1 + 2 * kAsNear) * nearest.distance, near)) {
       return;
     }
-    if (near.distance < nearest.distance) {
+    if (own == kNoLevel || near.distance < nearest.distance) {
       has_more = own != kNoLevel && nearest.distance <= (1 + 2 * kAsNear) * near.distance;
       own = triangle.index;
       nearest = near;
@@ -372,8 +381,7 @@ __device__ inline void meet_edges(const TouchSearch& search, Index index) {
         search.begin(distance, pair, known, touch);
         const Index i = atomicAdd(touches.crossing_counts, 1);
         if (i < touches.crossing_room) {
-          touches.crossings[i] = std::uint64_t{static_cast<std::uint32_t>(index)} << 32 |
-                                 static_cast<std::uint32_t>(other);
+          touches.crossings[i] = touch.slot.turn;
           touches.found[touches.vertex_count + i] = touch;
         }
       }
@@ -392,13 +400,13 @@ __global__ void __launch_bounds__(kTouchThreads)
   const TouchArrays touches = of_copy(tools.touches, state.capacity);
   const DeviceTouchStart start{state};
   const float way = longest_way(touches);
-  const auto is_near_any = [&](const ContactBox& box, const TouchPair& pair,
-                               const ContactBox* boxes, Index count) {
+  const auto is_near_any = [&](const ContactBox& box, const TouchPair& pair, const GroupBox* boxes,
+                               Index count) {
     const ContactBox reached = wider(box, limit_of(pair, way), pair.thickness);
     bool is_near = false;
-#pragma unroll 4
+#pragma unroll 8
     for (Index g = 0; g < count; ++g) {
-      is_near |= boxes[g].meets(reached);
+      is_near |= meets(boxes + g, reached);
     }
     return is_near;
   };

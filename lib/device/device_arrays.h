@@ -368,6 +368,14 @@ struct alignas(16) TouchTriangle {
   Index index;  ///< of the body's, ascending; kInvalidIndex: none
 };
 
+/// A box, for accesses of 16 bytes.
+struct alignas(16) GroupBox {
+  Vec3<float> low;  ///< m
+  float unused_low;
+  Vec3<float> high;  ///< m
+  float unused_high;
+};
+
 /// Bodies that meet each other: see ContactBodies. Nothing at all, until there are any. Triangles
 /// and edges are in groups that lie near each other, those of a body one after another.
 struct TouchArrays {
@@ -385,13 +393,13 @@ struct TouchArrays {
   Index triangle_group_count = 0, edge_group_count = 0;
   float thickest = 0;  ///< m, of all pairs
   // of the current substep
-  ContactBox* boxes = nullptr;         ///< [copy][group] of triangles, then of edges
+  GroupBox* boxes = nullptr;           ///< [copy][group] of triangles, then of edges
   std::uint32_t* most_way = nullptr;   ///< [copy] bits of m^2; zero between searches
   Index* near_counts = nullptr;        ///< [copy] zero between searches
   Index* near = nullptr;               ///< [copy][vertex_count + edge_count] in any order
   std::uint8_t* is_met = nullptr;      ///< [copy][vertex_count]
   Index* crossing_counts = nullptr;    ///< [copy] zero between searches
-  std::uint64_t* crossings = nullptr;  ///< [copy][crossing_room] both edges, in any order
+  std::uint64_t* crossings = nullptr;  ///< [copy][crossing_room] turns, in any order
   TissueTouch* found = nullptr;        ///< [copy][vertex_count + crossing_room]
   Index* last_holds = nullptr;         ///< [copy][capacity] kInvalidIndex between searches
   Index* order = nullptr;              ///< [copy][contact_room] within found

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstddef>
 #include <span>
-#include <tuple>
 
 #include "lib/solver/methods/touch_tree.h"
 
@@ -55,10 +54,11 @@ TouchLists::TouchLists(const ContactBodies& of) {
       add_vertices(second, first, number);
     }
   }
-  // as slots are: bodies ascend
-  std::ranges::sort(vertices, {},
-                    [](const TouchVertex& vertex) { return std::tie(vertex.place, vertex.other); });
-  fill_up(vertices, 1, {kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex});
+  std::ranges::sort(vertices, {}, [&](const TouchVertex& vertex) {
+    return slot_of_vertex(vertex.place, all[vertex.other].body);
+  });
+  constexpr std::size_t kFlags = 16;  // that a device reads at a time
+  fill_up(vertices, kFlags, {kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex});
 
   std::vector<Particle> rest;
   for (const Vec3<float>& x : of.rest_positions()) {

@@ -57,8 +57,10 @@ void renumber(std::vector<RememberedTouch>& touches, const std::vector<Index>& p
       slot.body = bodies[slot.body];
       is_lost = is_lost || slot.body == kInvalidIndex;
     }
-    if (!is_lost) {
+    if (!is_lost && slot.has_edges()) {
       touch.sort_edges();
+    } else if (!is_lost) {
+      slot = slot_of_vertex(slot.place, slot.body);
     }
     return is_lost;
   });

@@ -39,6 +39,7 @@ void Solver::clear_body_contact(Index first, Index second) {
 
 std::vector<BodyContact> Solver::body_contacts(Index copy) const {
   const CopyState& owner = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
   const TissueTouches& touches = owner.touches;
   const float scale = owner.factors.stiffness;  // see substep_numbers()
   std::vector<BodyContact> contacts;

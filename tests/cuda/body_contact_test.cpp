@@ -335,25 +335,69 @@ TEST_CASE("cuda bodies: copies, snapshots and a small capacity keep the serial b
   }
 }
 
-// Would catch fast kernels that are another computation.
+// Would catch jaws that let what other bodies push follow them.
+TEST_CASE("cuda bodies: jaws that slip beside another body have the serial bits", "[device]") {
+  const SolverOptions options = implicit_options();
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(options.integration));
+  StrictPair pair(make_stack(true, options), options, DeviceStrategy::automatic);
+  meet(pair);
+  // of the lower corner of the block, which lies on the table, and of what is above it
+  std::vector<TissuePoint> points;
+  const Vector3d corner(5.3e-3, 4.1e-3, 3 * kEdge + 0.4e-3);
+  const Index first = pair.serial.tissue().body(1).first_vertex;
+  for (Index v = first; v < pair.serial.vertex_count(); ++v) {
+    if ((pair.serial.tissue().rest_positions()[v] - corner).norm() < 9e-3) {
+      points.push_back({{v, kInvalidIndex, kInvalidIndex}, {1, 0, 0}});
+    }
+  }
+  Grip grip{.clamp_force = 0.004F, .friction = 0.5F};
+  grip.pad.half_length = grip.pad.half_width = 20e-3F;
+  ToolId jaws{};
+  pair.both([&](Solver& solver) {
+    jaws = solver.add_tool({}, testing::at(corner.cast<float>()));
+    solver.grasp(jaws, points, grip);
+  });
+  bool has_slipped = false;
+  for (int i = 1; i <= 40; ++i) {
+    CAPTURE(i);
+    const Vector3f way(0.1e-3F * static_cast<float>(i), 0, 0);
+    pair.both([&](Solver& solver) {
+      solver.move_tool(jaws, testing::at(corner.cast<float>() + way));
+    });
+    pair.step_and_compare(kStep);
+    check_same_touches(pair);
+    CHECK(pair.device.tool_grip(jaws).pull == pair.serial.tool_grip(jaws).pull);
+    has_slipped |= pair.serial.tool_grip(jaws).state == GripState::slipping;
+  }
+  CHECK(has_slipped);
+}
+
+// Would catch fast kernels that are another computation, and contacts that are told with positions
+// of before the step.
 TEST_CASE("cuda bodies: fast kernels feel what the serial backend feels", "[device]") {
-  const auto force_of = [](const Executor& executor) {
+  struct Told {
+    Vector3f force = Vector3f::Zero();
+    float least = 1;  // m
+  };
+  const auto told_by = [](const Executor& executor) {
     SolverOptions options;
     options.executor = executor;
     Solver solver(make_stack(false, options), options);
     solver.set_body_contact(0, 1, kContact);
+    Told told;
     for (int i = 0; i < 100; ++i) {
       solver.step(kStep);
     }
-    Vector3f sum = Vector3f::Zero();
     for (const BodyContact& contact : solver.body_contacts()) {
-      sum += contact.first == 1 ? contact.force : Vector3f(-contact.force);
+      told.force += contact.first == 1 ? contact.force : Vector3f(-contact.force);
+      told.least = std::min(told.least, contact.distance);
     }
-    return sum;
+    return told;
   };
-  const Vector3f expected = force_of(executor::serial());
-  CHECK(expected.z() > 1e-3F);
-  CHECK((force_of(cuda::device()) - expected).norm() < 0.01F * expected.norm());
+  const Told expected = told_by(executor::serial()), found = told_by(cuda::device());
+  CHECK(expected.force.z() > 1e-3F);
+  CHECK((found.force - expected.force).norm() < 0.01F * expected.force.norm());
+  CHECK(std::abs(found.least - expected.least) < 0.02F * kContact.thickness);
 }
 
 }  // namespace pbdsurg

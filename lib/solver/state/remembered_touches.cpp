@@ -54,9 +54,6 @@ std::array<Index, 5> key_of(const SnapshotBodyContact& contact) {
 }  // namespace
 
 void RememberedTouch::sort_edges() {
-  if (!slot.has_edges()) {
-    return;
-  }
   std::array<Index, 2> first{slot.place, slot.edges[0]}, second{slot.edges[1], slot.edges[2]};
   std::ranges::sort(first);
   std::ranges::sort(second);
@@ -74,7 +71,11 @@ void TissueTouches::forget_from(Index place, Index body) {
     return slot.place >= place || slot.body >= body ||
            std::ranges::any_of(slot.edges, [&](Index end) { return end >= place; });
   });
-  if (lost > 0) {
+  const bool is_any_gone = std::ranges::any_of(contacts, [&](const TissueTouch& touch) {
+    return std::ranges::any_of(touch.places, [&](Index corner) { return corner >= place; }) ||
+           std::ranges::any_of(touch.bodies, [&](Index each) { return each >= body; });
+  });
+  if (lost > 0 || is_any_gone) {
     contacts.clear();
   }
 }
