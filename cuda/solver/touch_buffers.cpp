@@ -59,11 +59,11 @@ void TouchBuffers::make_room(const SolverData& data, Index vertex_room, cudaStre
   const std::size_t contacts = all(arrays.contact_room);
   const std::size_t holds = TissueTouch::kCorners * contacts;
   arrays.boxes = boxes_.reserve(all(arrays.triangle_group_count + arrays.edge_group_count));
-  arrays.most_way = most_way_.fill(copies, 0, stream);
-  arrays.near_counts = near_counts_.fill(copies, 0, stream);
+  arrays.searches = searches_.fill(copies, 0, stream);
+  arrays.seen = seen_positions_.reserve(all(arrays.vertex_count));
+  arrays.known_at = known_at_.fill(all(arrays.vertex_count), 0, stream);
   arrays.near = near_.reserve(all(arrays.vertex_count + arrays.edge_count));
   arrays.is_met = is_met_.reserve(all(arrays.vertex_count));
-  arrays.crossing_counts = crossing_counts_.fill(copies, 0, stream);
   arrays.crossings = crossings_.reserve(all(arrays.crossing_room));
   arrays.found = found_.reserve(all(arrays.vertex_count + arrays.crossing_room));
   static_assert(kInvalidIndex == -1);  // all bits
@@ -103,10 +103,10 @@ void TouchBuffers::take_contacts(Index copy, CopyState& state) const {
 std::size_t TouchBuffers::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... buffers) { return (buffers.memory_bytes() + ...); };
   return bytes_of(vertices_, bodies_, pairs_, triangles_, edges_, edge_bodies_, edge_groups_,
-                  joined_, rest_, first_neighbors_, neighbors_, boxes_, most_way_, is_met_,
-                  near_counts_, near_, crossings_, found_, contacts_, crossing_counts_, last_holds_,
-                  order_, counts_, level_counts_, holds_, roots_, befores_, levels_,
-                  remembered_counts_, holds_at_, pushes_, remembered_);
+                  joined_, rest_, first_neighbors_, neighbors_, boxes_, searches_, seen_positions_,
+                  is_met_, near_, known_at_, crossings_, found_, contacts_, last_holds_, order_,
+                  counts_, level_counts_, holds_, roots_, befores_, levels_, remembered_counts_,
+                  holds_at_, pushes_, remembered_);
 }
 
 }  // namespace pbdsurg::cuda

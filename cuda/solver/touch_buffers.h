@@ -46,12 +46,13 @@ class TouchBuffers {
   DeviceBuffer<Vec3<float>> rest_;
   DeviceBuffer<Index> first_neighbors_, neighbors_;
   DeviceBuffer<GroupBox> boxes_;
-  DeviceBuffer<std::uint32_t> most_way_;
+  DeviceBuffer<TouchSearchState> searches_;
+  DeviceBuffer<Vec3<float>> seen_positions_;
   DeviceBuffer<std::uint8_t> is_met_;
   DeviceBuffer<std::uint64_t> crossings_;
   DeviceBuffer<TissueTouch> found_, contacts_;
-  DeviceBuffer<Index> near_counts_, near_, crossing_counts_, last_holds_, order_, counts_,
-      level_counts_, holds_, roots_, befores_, levels_, remembered_counts_;
+  DeviceBuffer<Index> near_, known_at_, last_holds_, order_, counts_, level_counts_, holds_, roots_,
+      befores_, levels_, remembered_counts_;
   DeviceBuffer<HoldRange> holds_at_;
   DeviceBuffer<float> pushes_;
   DeviceBuffer<RememberedTouch> remembered_;

@@ -15,11 +15,11 @@ __device__ inline TouchArrays of_copy(TouchArrays touches, Index place_room) {
   const auto of = [](Index room) { return copy_index() * static_cast<std::size_t>(room); };
   constexpr Index kCorners = TissueTouch::kCorners;
   touches.boxes += of(touches.triangle_group_count + touches.edge_group_count);
-  touches.most_way += copy_index();
-  touches.near_counts += copy_index();
+  touches.searches += copy_index();
+  touches.seen += of(touches.vertex_count);
+  touches.known_at += of(touches.vertex_count);
   touches.near += of(touches.vertex_count + touches.edge_count);
   touches.is_met += of(touches.vertex_count);
-  touches.crossing_counts += copy_index();
   touches.crossings += of(touches.crossing_room);
   touches.found += of(touches.vertex_count + touches.crossing_room);
   touches.last_holds += of(place_room);

@@ -70,12 +70,24 @@ struct TouchStage {
   union {
     typename Sort::TempStorage sort;
     struct {
-      float weights[kHolds];  ///< [hold] negative if its contact is at rest
+      float weights[kHolds];         ///< [hold] negative if its contact is at rest
+      float sorted_weights[kHolds];  ///< as keys
       alignas(int4) Index befores[kHolds];
     } lists;
   } room;
   Index levels[kContacts];
 };
+
+/// Of sorted keys, the first that does not come before another.
+__device__ inline Index first_not_before(const HoldKey (&keys)[TouchStage::kHolds], HoldKey key) {
+  Index low = 0, high = TouchStage::kHolds;
+  while (low < high) {
+    const Index middle = (low + high) / 2;
+    low = keys[middle] < key ? middle + 1 : low;
+    high = keys[middle] < key ? high : middle;
+  }
+  return low;
+}
 
 /// Lists the holds of each place, the last first. All threads of a block call it.
 /// @param touch  the contact of this thread, if it has one
@@ -106,21 +118,21 @@ __device__ inline void list_holds(const TouchArrays& touches, const TissueTouch&
   __syncthreads();
   for (Index i = static_cast<Index>(threadIdx.x); i < kCorners * count; i += kTouchListThreads) {
     const HoldKey key = stage.keys[i];
+    stage.room.lists.sorted_weights[i] = key == kNone ? 0.0F : weights[hold_of(key)];
+  }
+  __syncthreads();
+  for (Index i = static_cast<Index>(threadIdx.x); i < kCorners * count; i += kTouchListThreads) {
+    const HoldKey key = stage.keys[i];
     if (key == kNone) {
       continue;
     }
     const Index place = place_of(key), hold = hold_of(key);
-    const auto is_here = [&](Index other) {
-      return other >= 0 && other < TouchStage::kHolds && place_of(stage.keys[other]) == place;
-    };
-    Index first = i, end = i;
-    while (is_here(first - 1)) {
-      --first;
-    }
+    const Index first = first_not_before(stage.keys, key_of_hold(place, kInvalidIndex));
     // its own push, even if that is not likely; others in the order of their holds
     float pushes = weights[hold] > 0 ? 0.0F : -weights[hold];
-    for (end = first; is_here(end); ++end) {
-      const float weight = weights[hold_of(stage.keys[end])];
+    Index end = first;
+    for (; end < TouchStage::kHolds && place_of(stage.keys[end]) == place; ++end) {
+      const float weight = stage.room.lists.sorted_weights[end];
       pushes += weight > 0 ? weight : 0.0F;
     }
     if (i + 1 < end) {
@@ -262,7 +274,7 @@ __global__ void __launch_bounds__(kTouchListThreads)
   const Index room = input->contact_capacity < touches.contact_room ? input->contact_capacity
                                                                     : touches.contact_room;
   const Index met = list_met(touches, room);
-  const Index crossed = __ldcg(touches.crossing_counts);
+  const Index crossed = __ldcg(&touches.searches->crossing_count);
   const Index crossings = crossed < touches.crossing_room ? crossed : touches.crossing_room;
   rank_all<kTouchListThreads>(crossings, touches.levels, [&](Index j, Index i) {
     return __ldcg(touches.crossings + j) < __ldcg(touches.crossings + i);
@@ -279,7 +291,11 @@ __global__ void __launch_bounds__(kTouchListThreads)
   const Index count = all < room ? all : room;
   TissueTouch touch;  // the last of this thread
   for (Index c = thread; c < count; c += kTouchListThreads) {
-    touch = touches.found[__ldcg(touches.order + c)];
+    const Index from = __ldcg(touches.order + c);
+    touch = touches.found[from];
+    if (from < touches.vertex_count) {
+      touches.known_at[from] = c;
+    }
     touch.seen[0] = sum_of_side(state, touch, 0);
     touch.seen[1] = sum_of_side(state, touch, 1);
     touch.is_likely =
@@ -300,11 +316,10 @@ __global__ void __launch_bounds__(kTouchListThreads)
   if (thread < kWarp) {
     const Index levels = find_levels(befores, levels_of, count);
     if (thread == 0) {
-      *touches.near_counts = 0;
       *touches.level_counts = levels;
       *touches.counts = count;
-      *touches.crossing_counts = 0;
-      *touches.most_way = 0;
+      touches.searches->crossing_count = 0;
+      touches.searches->most_way = 0;
       input->sums.dropped_contacts += all - count;
     }
   }

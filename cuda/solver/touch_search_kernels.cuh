@@ -59,7 +59,12 @@ struct RememberedTouches {
         count(substep == 0 ? input->touch_count : __ldcg(touches.remembered_counts)) {}
 
   /// Null if there was none.
-  [[nodiscard]] __device__ const RememberedTouch* find(const TouchSlot& slot) const {
+  /// @param likely  which it may be
+  [[nodiscard]] __device__ const RememberedTouch* find(const TouchSlot& slot,
+                                                       Index likely = kInvalidIndex) const {
+    if (likely >= 0 && likely < count && all[likely].slot.compared_with(slot) == 0) {
+      return all + likely;
+    }
     Index low = 0, high = count;
     while (low < high) {
       const Index middle = (low + high) / 2;
@@ -94,28 +99,10 @@ __device__ inline ContactBox wider(const ContactBox& box, float reach, float thi
   return result;
 }
 
-/// Boxes around groups, and the longest way.
-__global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, ToolArrays tools) {
-  wait_for_previous();
-  state = of_copy(state);
-  const TouchArrays touches = of_copy(tools.touches, state.capacity);
-  const DeviceTouchStart start{state};
+/// Fits the box of a group: a warp.
+__device__ inline void fit_group(const TouchArrays& touches, const DeviceTouchStart& start,
+                                 Index warp) {
   const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
-  const Index warp = thread_index() / kWarp;
-  const Index groups = touches.triangle_group_count + touches.edge_group_count;
-  if (warp >= groups) {
-    const Index i = (warp - groups) * kWarp + lane;
-    const Index place =
-        i < touches.vertex_count ? __ldg(&touches.vertices[i].place) : kInvalidIndex;
-    const float most = kTouchWay * touches.thickest;
-    float square = place != kInvalidIndex ? start.square_of_way(place) : 0.0F;
-    square = square < most * most ? square : most * most;
-    const int longest = -least_of_warp(-__float_as_int(square));
-    if (lane == 0 && longest > 0) {
-      atomicMax(touches.most_way, static_cast<std::uint32_t>(longest));
-    }
-    return;
-  }
   ContactBox box;
   if (warp < touches.triangle_group_count) {
     const auto triangle = load_constant(touches.triangles + warp * kWarp + lane);
@@ -146,6 +133,59 @@ __global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, T
   }
 }
 
+/// The longest way of a vertex in this substep, and since those that are near were searched: a
+/// warp.
+__device__ inline void find_motion(const TouchArrays& touches, const DeviceTouchStart& start,
+                                   Index i, TouchSearchState& search) {
+  const Index place = i < touches.vertex_count ? __ldg(&touches.vertices[i].place) : kInvalidIndex;
+  const float most = kTouchWay * touches.thickest;
+  float ahead = 0, moved = 0;  // m^2
+  if (place != kInvalidIndex) {
+    const float square = start.square_of_way(place);
+    ahead = square < most * most ? square : most * most;
+    const Vec3<float> d = start.position(place) - touches.seen[i];
+    moved = __ldcg(&search.has_searched) != 0 && is_finite_way(d) ? dot(d, d) : 0.0F;
+  }
+  const int longest = -least_of_warp(-__float_as_int(ahead));
+  const int farthest = -least_of_warp(-__float_as_int(moved));
+  if (threadIdx.x % kWarp == 0 && longest > 0) {
+    atomicMax(&search.most_way, static_cast<std::uint32_t>(longest));
+  }
+  if (threadIdx.x % kWarp == 0 && farthest > 0) {
+    atomicMax(&search.most_moved, static_cast<std::uint32_t>(farthest));
+  }
+}
+
+/// Boxes around groups, how far vertices go, and whether those that are near are to be searched.
+__global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, ToolArrays tools) {
+  wait_for_previous();
+  state = of_copy(state);
+  const TouchArrays touches = of_copy(tools.touches, state.capacity);
+  const DeviceTouchStart start{state};
+  const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
+  const Index warp = thread_index() / kWarp;
+  const Index groups = touches.triangle_group_count + touches.edge_group_count;
+  TouchSearchState& search = *touches.searches;
+  if (warp >= groups) {
+    find_motion(touches, start, (warp - groups) * kWarp + lane, search);
+  } else {
+    fit_group(touches, start, warp);
+  }
+  if (is_last_block(&search.blocks_done) && threadIdx.x == 0) {
+    constexpr float kSlack = 2;  // thicknesses, as on a host
+    const float way = sqrtf(__uint_as_float(__ldcg(&search.most_way)));
+    const float moved = sqrtf(__uint_as_float(__ldcg(&search.most_moved)));
+    const bool searches =
+        __ldcg(&search.has_searched) == 0 || !(moved + way <= __ldcg(&search.slack));
+    search.searches = searches ? 1 : 0;
+    if (searches) {
+      search.has_searched = 1;
+      search.slack = way + kSlack * touches.thickest;
+      search.near_count = 0;
+    }
+    search.most_moved = 0;
+  }
+}
 __device__ inline float least_of_warp(float own) {
   for (int distance = kWarp / 2; distance > 0; distance /= 2) {
     const float other = __shfl_xor_sync(~0U, own, distance);
@@ -178,7 +218,7 @@ __device__ inline void for_each_near(const GroupBox* boxes, Index count, const C
 
 /// m, of any vertex in this substep.
 __device__ inline float longest_way(const TouchArrays& touches) {
-  return sqrtf(__uint_as_float(__ldcg(touches.most_way)));
+  return sqrtf(__uint_as_float(__ldcg(&touches.searches->most_way)));
 }
 
 /// m, how far apart what meets may be: see the host's.
@@ -208,10 +248,11 @@ struct TouchSearch {
 
 /// Where a vertex meets a body: all threads of a warp look for it, and one of them has what they
 /// find.
+/// @param likely  its contact in the substep before, if it had one
 /// @param shared  of the warp
 /// @return        whether this thread has a contact
 __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex& vertex,
-                                   NearPoint& shared, TissueTouch& touch) {
+                                   Index likely, NearPoint& shared, TissueTouch& touch) {
   const TouchArrays& touches = search.touches;
   const DeviceTouchStart& start = search.start;
   const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
@@ -228,7 +269,7 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
                   [&](Index group) { visit(load_constant(triangles + group * kWarp + lane)); });
   };
   const TouchSlot slot = slot_of_vertex(vertex.place, body.body);
-  const RememberedTouch* const known = search.remembered.find(slot);
+  const RememberedTouch* const known = search.remembered.find(slot, likely);
   const Vec3<float>* const left = known != nullptr && !body.is_two_sided ? &known->normal : nullptr;
   // No farther than a limit.
   const auto find = [&](const TouchTriangle& triangle, float most, NearPoint& near) {
@@ -379,7 +420,7 @@ __device__ inline void meet_edges(const TouchSearch& search, Index index) {
           touches.rules.may_meet(edge.ends[1], link, edge.body == its.body, apart) &&
           crossing.meet(pair.thickness, known, touch, distance)) {
         search.begin(distance, pair, known, touch);
-        const Index i = atomicAdd(touches.crossing_counts, 1);
+        const Index i = atomicAdd(&touches.searches->crossing_count, 1);
         if (i < touches.crossing_room) {
           touches.crossings[i] = touch.slot.turn;
           touches.found[touches.vertex_count + i] = touch;
@@ -399,10 +440,14 @@ __global__ void __launch_bounds__(kTouchThreads)
   state = of_copy(state);
   const TouchArrays touches = of_copy(tools.touches, state.capacity);
   const DeviceTouchStart start{state};
-  const float way = longest_way(touches);
+  if (__ldcg(&touches.searches->searches) == 0) {
+    return;
+  }
+  const float slack = __ldcg(&touches.searches->slack);
   const auto is_near_any = [&](const ContactBox& box, const TouchPair& pair, const GroupBox* boxes,
                                Index count) {
-    const ContactBox reached = wider(box, limit_of(pair, way), pair.thickness);
+    const ContactBox reached =
+        wider(box, kDeepestTouch * pair.thickness + 2 * slack, pair.thickness);
     bool is_near = false;
 #pragma unroll 8
     for (Index g = 0; g < count; ++g) {
@@ -441,7 +486,7 @@ __global__ void __launch_bounds__(kTouchThreads)
   const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
   Index first = 0;
   if (lane == 0 && near != 0) {
-    first = atomicAdd(touches.near_counts, __popc(near));
+    first = atomicAdd(&touches.searches->near_count, __popc(near));
   }
   first = __shfl_sync(~0U, first, 0);
   if (is_near) {
@@ -466,7 +511,7 @@ __global__ void __launch_bounds__(kTouchThreads, 3)
                            input->h,
                            input->substep.inverse_dt_squared,
                            state.flights != nullptr && !state.starts};
-  const Index count = __ldcg(touches.near_counts);
+  const Index count = __ldcg(&touches.searches->near_count);
   for (Index n = thread_index() / kWarp; n < count; n += thread_count() / kWarp) {
     const Index i = __ldcg(touches.near + n);
     if (i >= touches.vertex_count) {
@@ -474,11 +519,15 @@ __global__ void __launch_bounds__(kTouchThreads, 3)
       continue;
     }
     TissueTouch touch;
-    if (meet_vertex(search, load_constant(touches.vertices + i), room, touch)) {
+    const bool is_met = meet_vertex(search, load_constant(touches.vertices + i),
+                                    __ldcg(touches.known_at + i), room, touch);
+    if (is_met) {
       touches.found[i] = touch;
-      touches.is_met[i] = 1;
     }
-    __syncwarp();
+    const bool is_any = __any_sync(~0U, is_met) != 0;
+    if (threadIdx.x % kWarp == 0) {
+      touches.is_met[i] = is_any ? 1 : 0;
+    }
   }
 }
 

@@ -376,6 +376,18 @@ struct alignas(16) GroupBox {
   float unused_high;
 };
 
+/// The search of a copy. Those that are near stay so before anything has moved by `slack` from
+/// where it was seen, as on a host.
+struct TouchSearchState {
+  std::uint32_t most_way;        ///< bits of m^2, in this substep; zero between searches
+  std::uint32_t most_moved;      ///< likewise, since those that are near were searched
+  float slack;                   ///< m
+  Index has_searched, searches;  ///< whether it did so before; whether it does in this substep
+  std::uint32_t blocks_done;     ///< see StepSums
+  Index near_count;
+  Index crossing_count;  ///< zero between searches
+};
+
 /// Bodies that meet each other: see ContactBodies. Nothing at all, until there are any. Triangles
 /// and edges are in groups that lie near each other, those of a body one after another.
 struct TouchArrays {
@@ -393,12 +405,12 @@ struct TouchArrays {
   Index triangle_group_count = 0, edge_group_count = 0;
   float thickest = 0;  ///< m, of all pairs
   // of the current substep
-  GroupBox* boxes = nullptr;           ///< [copy][group] of triangles, then of edges
-  std::uint32_t* most_way = nullptr;   ///< [copy] bits of m^2; zero between searches
-  Index* near_counts = nullptr;        ///< [copy] zero between searches
-  Index* near = nullptr;               ///< [copy][vertex_count + edge_count] in any order
+  GroupBox* boxes = nullptr;             ///< [copy][group] of triangles, then of edges
+  TouchSearchState* searches = nullptr;  ///< [copy]
+  Vec3<float>* seen = nullptr;  ///< [copy][vertex_count] m, when those that are near were searched
+  Index* near = nullptr;        ///< [copy][vertex_count + edge_count] in any order
+  Index* known_at = nullptr;    ///< [copy][vertex_count] its contact in the last substep, or any
   std::uint8_t* is_met = nullptr;      ///< [copy][vertex_count]
-  Index* crossing_counts = nullptr;    ///< [copy] zero between searches
   std::uint64_t* crossings = nullptr;  ///< [copy][crossing_room] turns, in any order
   TissueTouch* found = nullptr;        ///< [copy][vertex_count + crossing_room]
   Index* last_holds = nullptr;         ///< [copy][capacity] kInvalidIndex between searches

@@ -361,9 +361,8 @@ TEST_CASE("cuda bodies: jaws that slip beside another body have the serial bits"
   for (int i = 1; i <= 40; ++i) {
     CAPTURE(i);
     const Vector3f way(0.1e-3F * static_cast<float>(i), 0, 0);
-    pair.both([&](Solver& solver) {
-      solver.move_tool(jaws, testing::at(corner.cast<float>() + way));
-    });
+    pair.both(
+        [&](Solver& solver) { solver.move_tool(jaws, testing::at(corner.cast<float>() + way)); });
     pair.step_and_compare(kStep);
     check_same_touches(pair);
     CHECK(pair.device.tool_grip(jaws).pull == pair.serial.tool_grip(jaws).pull);

@@ -465,7 +465,8 @@ TEST_CASE("body contact: what links join does not meet until they are gone") {
   }
   solver.tissue().apply(edit);
   solver.step(kUsualStep);
-  CHECK(sum_of(solver).pushing > 0);
+  CHECK_FALSE(solver.body_contacts().empty());
+  CHECK(fastest(solver) > 0.005F);  // they part
   CHECK(fastest(solver) < 0.05F);
   for (int i = 0; i < 60; ++i) {
     solver.step(kUsualStep);
