@@ -462,6 +462,7 @@ __global__ void __launch_bounds__(kTouchThreads)
     if (vertex.place != kInvalidIndex) {
       const TouchBody& body = touches.bodies[vertex.other];
       const ContactBox box = box_of(start, &vertex.place, 1);
+      touches.seen[i] = start.position(vertex.place);
       is_near =
           box.low.x < kInfinity && is_near_any(box, touches.pairs[vertex.pair],
                                                touches.boxes + body.first_group, body.group_count);

