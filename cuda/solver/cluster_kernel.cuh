@@ -22,6 +22,7 @@
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/surface_projection_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
+#include "cuda/solver/touch_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
 #include "lib/device/cluster_layout.h"
 #include "lib/device/cluster_shapes.h"
@@ -308,11 +309,12 @@ __device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArray
 /// this block, if there is room.
 class ClusterCorners {
  public:
-  __device__ ClusterCorners(const ClusterArrays& cluster, const ClusterMemory& memory, Index count)
+  /// @param holds  of all contacts
+  __device__ ClusterCorners(const ClusterArrays& cluster, const ClusterMemory& memory, Index holds)
       : homes_(cluster.homes),
         slots_(memory.slots),
         stage_(memory.corners),
-        is_staged_(count <= kStagedClusterContacts) {}
+        is_staged_(holds <= kStagedClusterCorners) {}
 
   [[nodiscard]] __device__ bool is_staged() const { return is_staged_; }
   [[nodiscard]] __device__ std::uint32_t home(Index place) const {
@@ -342,28 +344,30 @@ class ClusterCorners {
   bool is_staged_;
 };
 
-/// After a sweep, what contacts with surfaces do: the first block does it for all, while others
-/// wait.
-/// @param count   of contacts
-/// @param parity  of the sweep
-template <int kThreads>
-__device__ void project_surfaces_of_cluster(const ClusterArrays& cluster,
-                                            const ClusterMemory& memory,
-                                            const SurfaceArrays& surfaces, Index count,
-                                            std::uint32_t parity) {
+/// After a sweep, what contacts with surfaces or between bodies do: the first block does it for
+/// all, while others wait. Not among the instructions of sweeps, most of which have none.
+/// @tparam Arrays    and Moving: see contact_projection.cuh
+/// @tparam kCorners  of a contact
+/// @param  count     of contacts
+/// @param  parity    of how often this was done
+template <int kThreads, class Arrays, class Moving, int kCorners>
+__device__ __noinline__ void project_contacts_of_cluster(const ClusterArrays& cluster,
+                                                         const ClusterMemory& memory,
+                                                         const Arrays& arrays, Index count,
+                                                         std::uint32_t parity) {
   const std::uint32_t are_home = memory.surfaces, have_moved = memory.surfaces + 8;
   if (threadIdx.x == 0) {
     arrive(address_in(0, are_home));
   }
   if (block_of_cluster() == 0) {
-    const ClusterCorners corners(cluster, memory, count);
+    const ClusterCorners corners(cluster, memory, kCorners * count);
     const auto for_each_staged = [&](const auto& visit) {
       if (corners.is_staged()) {
-        for_each_corner(surfaces, 3 * count, kThreads, visit);
+        for_each_corner(arrays, kCorners * count, kThreads, visit);
       }
     };
-    const Index levels = __ldcg(surfaces.level_counts);
-    OwnSurfaceContacts own(surfaces, count, kThreads);
+    const Index levels = __ldcg(arrays.level_counts);
+    OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
     wait_for_cluster(are_home, parity);
     for_each_staged([&](Index place, Index root) {
       store_shared(corners.staged(root), load_there(corners.home(place)));
@@ -468,6 +472,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
                                  tool_counts, held, touched);
   }
   const Index contacts = sweep.has_meeters ? contact_count(tools.surfaces) : 0;
+  const Index body_contacts = sweep.has_touches ? contact_count(tools.touches) : 0;
+  std::uint32_t contact_phases = 0;
   const Substep<float> substep = input->substep;
   const std::uint32_t warp = thread / kWarp * kWarp;  // its first thread
   const std::uint32_t stages_end = memory.stages + kClusterStages * memory.stage_bytes;
@@ -544,6 +550,10 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     // Where nothing has to come, a barrier completes as soon as it is armed again, and whoever
     // still waited for the time before would wait for ever.
     meet(kProjectBarrier, kThreads);
+    if (body_contacts > 0) {  // before tools, so that nothing stays in those
+      project_contacts_of_cluster<kThreads, TouchArrays, MovingTouch, TissueTouch::kCorners>(
+          cluster, memory, tools.touches, body_contacts, contact_phases++ % 2);
+    }
     if (has_tools) {
       const auto base_at = [&](std::uint32_t slot) {
         Vec3<float> base{};
@@ -570,7 +580,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
       meet(kProjectBarrier, kThreads);
     }
     if (contacts > 0) {
-      project_surfaces_of_cluster<kThreads>(cluster, memory, tools.surfaces, contacts, parity);
+      project_contacts_of_cluster<kThreads, SurfaceArrays, MovingContact, 3>(
+          cluster, memory, tools.surfaces, contacts, contact_phases++ % 2);
     }
   }
   for (std::uint32_t slot = thread; slot < block.home_count; slot += kThreads) {

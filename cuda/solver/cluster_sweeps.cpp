@@ -105,7 +105,7 @@ class ClusterSweeps final : public Sweeps {
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
     kernels_.sweep_cluster(kind_, arrays_, arrays.state, arrays.tools, arrays.input,
                            {substep, arrays.sweep_count, arrays.has_attachments, arrays.has_pushers,
-                            arrays.has_meeters},
+                            arrays.has_meeters, arrays.has_touches},
                            launch);
   }
 

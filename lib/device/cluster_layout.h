@@ -51,8 +51,8 @@ inline constexpr Index kMostClusterBlocks = 16;
 inline constexpr Index kFewClusterThreads = 224;  // with one warp that fetches, eight
 inline constexpr Index kManyClusterThreads = 480;
 inline constexpr Index kMostClusterPhases = 4095;
-/// With surfaces, whose corners a block has near at hand.
-inline constexpr Index kStagedClusterContacts = kFewClusterThreads;
+/// Of contacts, that a block has near at hand: of as many with surfaces as it has threads.
+inline constexpr Index kStagedClusterCorners = 3 * kFewClusterThreads;
 
 struct ClusterBlock {
   std::uint32_t first_place;  ///< in ClusterArrays::places
@@ -129,6 +129,7 @@ struct ClusterSweep {
   bool has_attachments;
   bool has_pushers;
   bool has_meeters;
+  bool has_touches;
 };
 
 /// Bytes from the start of a block's shared memory.
@@ -137,7 +138,7 @@ struct ClusterLayout {
   std::uint32_t bases;        ///< float4[slot_room] in compliance mode: from where that counts
   std::uint32_t carries;      ///< float4[slot_room] where there is damping
   std::uint32_t stages;       ///< [kClusterStages][stage_bytes]
-  std::uint32_t corners;      ///< float4[3 * kStagedClusterContacts] of contacts with surfaces
+  std::uint32_t corners;      ///< float4[kStagedClusterCorners] of contacts
   std::uint32_t rounds;       ///< ClusterRound[round_room + 1] the last is the first again
   std::uint32_t arrived;      ///< barrier[phase_count + 1] completed by what arrives for a phase
   std::uint32_t fetched;      ///< barrier[kClusterStages] completed by the words of a round
@@ -154,7 +155,7 @@ struct ClusterLayout {
         carries(bases + (has_displacements ? 16 * cluster.slot_room : 0)),
         stages(carries + (is_damped ? 16 * cluster.slot_room : 0)),
         corners(stages + kClusterStages * cluster.stage_bytes),
-        rounds(corners + 16 * 3 * kStagedClusterContacts),
+        rounds(corners + 16 * kStagedClusterCorners),
         arrived(rounds + 16 * (cluster.round_room + 1)),
         fetched(arrived + 8 * (cluster.phase_count + 1)),
         surfaces(fetched + 8 * kClusterStages),

@@ -494,9 +494,9 @@ class PBDSURG_API Solver {
 
   /// Which vertices were near other bodies in the last substep of the last step, then which edges,
   /// within 1.5 thicknesses and their ways; each in the order in which they are projected, which is
-  /// random, but the same for the same places. Those without a force are among them. An overlap is a
-  /// negative distance. None after an undo that takes what touched. Cost: O(vertices), if there are
-  /// any; reads the state of a device.
+  /// random, but the same for the same places. Those without a force are among them. An overlap is
+  /// a negative distance. None after an undo that takes what touched. Cost: O(vertices), if there
+  /// are any; reads the state of a device.
   [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;
 
   /// @}
