@@ -44,7 +44,15 @@ static_assert(
 struct ClusterMemory {
   std::uint32_t slots, bases, carries, stages, corners, rounds, arrived, fetched, surfaces;
   std::uint32_t stage_bytes;
+  std::uint32_t corner_room;
 };
+
+/// Bytes that the launch gave to a block.
+__device__ inline std::uint32_t dynamic_shared_bytes() {
+  std::uint32_t bytes;
+  asm("mov.u32 %0, %%dynamic_smem_size;" : "=r"(bytes));
+  return bytes;
+}
 
 /// A round of this thread's block, unpacked as it is needed.
 struct Round {
@@ -314,7 +322,7 @@ class ClusterCorners {
       : homes_(cluster.homes),
         slots_(memory.slots),
         stage_(memory.corners),
-        is_staged_(holds <= kStagedClusterCorners) {}
+        is_staged_(static_cast<std::uint32_t>(holds) <= memory.corner_room) {}
 
   [[nodiscard]] __device__ bool is_staged() const { return is_staged_; }
   [[nodiscard]] __device__ std::uint32_t home(Index place) const {
@@ -345,16 +353,15 @@ class ClusterCorners {
 };
 
 /// After a sweep, what contacts with surfaces or between bodies do: the first block does it for
-/// all, while others wait. Not among the instructions of sweeps, most of which have none.
+/// all, while others wait.
 /// @tparam Arrays    and Moving: see contact_projection.cuh
 /// @tparam kCorners  of a contact
 /// @param  count     of contacts
 /// @param  parity    of how often this was done
 template <int kThreads, class Arrays, class Moving, int kCorners>
-__device__ __noinline__ void project_contacts_of_cluster(const ClusterArrays& cluster,
-                                                         const ClusterMemory& memory,
-                                                         const Arrays& arrays, Index count,
-                                                         std::uint32_t parity) {
+__device__ void project_contacts_of_cluster(const ClusterArrays& cluster,
+                                            const ClusterMemory& memory, const Arrays& arrays,
+                                            Index count, std::uint32_t parity) {
   const std::uint32_t are_home = memory.surfaces, have_moved = memory.surfaces + 8;
   if (threadIdx.x == 0) {
     arrive(address_in(0, are_home));
@@ -393,8 +400,19 @@ __device__ __noinline__ void project_contacts_of_cluster(const ClusterArrays& cl
   wait_for_cluster(have_moved, parity);
 }
 
+/// The same, not among the instructions of sweeps.
+template <int kThreads, class Arrays, class Moving, int kCorners>
+__device__ __noinline__ void project_contacts_apart(const ClusterArrays& cluster,
+                                                    const ClusterMemory& memory,
+                                                    const Arrays& arrays, Index count,
+                                                    std::uint32_t parity) {
+  project_contacts_of_cluster<kThreads, Arrays, Moving, kCorners>(cluster, memory, arrays, count,
+                                                                  parity);
+}
+
 /// @param kThreads  that project; one warp more fetches
-template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads>
+/// @param kTouches  whether bodies meet each other: without, kernels have no code for that
+template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads, bool kTouches>
 __global__ void __launch_bounds__(kThreads + kWarp, 1)
     sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
                      ClusterSweep sweep) {
@@ -408,11 +426,17 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
   const ClusterLayout layout(cluster, kDisplaces, kDamped);
   const std::uint32_t start = shared_address(shared);
   char* const bytes = reinterpret_cast<char*>(shared);
-  const ClusterMemory memory{start + layout.slots,    start + layout.bases,
-                             start + layout.carries,  start + layout.stages,
-                             start + layout.corners,  start + layout.rounds,
-                             start + layout.arrived,  start + layout.fetched,
-                             start + layout.surfaces, cluster.stage_bytes};
+  const ClusterMemory memory{start + layout.slots,
+                             start + layout.bases,
+                             start + layout.carries,
+                             start + layout.stages,
+                             start + layout.corners,
+                             start + layout.rounds,
+                             start + layout.arrived,
+                             start + layout.fetched,
+                             start + layout.surfaces,
+                             cluster.stage_bytes,
+                             (dynamic_shared_bytes() - layout.corners) / 16};
   const std::uint32_t rank = block_of_cluster();
   const std::uint32_t thread = threadIdx.x;
   const ClusterBlock block = cluster.blocks[rank];
@@ -472,8 +496,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
                                  tool_counts, held, touched);
   }
   const Index contacts = sweep.has_meeters ? contact_count(tools.surfaces) : 0;
-  const Index body_contacts = sweep.has_touches ? contact_count(tools.touches) : 0;
-  std::uint32_t contact_phases = 0;
+  [[maybe_unused]] const Index body_contacts = kTouches ? contact_count(tools.touches) : 0;
+  [[maybe_unused]] std::uint32_t contact_phases = 0;
   const Substep<float> substep = input->substep;
   const std::uint32_t warp = thread / kWarp * kWarp;  // its first thread
   const std::uint32_t stages_end = memory.stages + kClusterStages * memory.stage_bytes;
@@ -550,9 +574,11 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     // Where nothing has to come, a barrier completes as soon as it is armed again, and whoever
     // still waited for the time before would wait for ever.
     meet(kProjectBarrier, kThreads);
-    if (body_contacts > 0) {  // before tools, so that nothing stays in those
-      project_contacts_of_cluster<kThreads, TouchArrays, MovingTouch, TissueTouch::kCorners>(
-          cluster, memory, tools.touches, body_contacts, contact_phases++ % 2);
+    if constexpr (kTouches) {
+      if (body_contacts > 0) {  // before tools, so that nothing stays in those
+        project_contacts_apart<kThreads, TouchArrays, MovingTouch, TissueTouch::kCorners>(
+            cluster, memory, tools.touches, body_contacts, contact_phases++ % 2);
+      }
     }
     if (has_tools) {
       const auto base_at = [&](std::uint32_t slot) {
@@ -580,8 +606,13 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
       meet(kProjectBarrier, kThreads);
     }
     if (contacts > 0) {
-      project_contacts_of_cluster<kThreads, SurfaceArrays, MovingContact, 3>(
-          cluster, memory, tools.surfaces, contacts, contact_phases++ % 2);
+      if constexpr (kTouches) {
+        project_contacts_apart<kThreads, SurfaceArrays, MovingContact, 3>(
+            cluster, memory, tools.surfaces, contacts, contact_phases++ % 2);
+      } else {
+        project_contacts_of_cluster<kThreads, SurfaceArrays, MovingContact, 3>(
+            cluster, memory, tools.surfaces, contacts, parity);
+      }
     }
   }
   for (std::uint32_t slot = thread; slot < block.home_count; slot += kThreads) {
@@ -591,7 +622,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
 
 #else
 
-template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads>
+template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads, bool kTouches>
 __global__ void sweep_by_cluster(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep) {
   __trap();  // never launched: see prepare_cluster()
 }

@@ -18,19 +18,35 @@ ClusterKernel choose_cluster_kernel(ClusterTissue tissue) {
   constexpr auto kMode = ProjectionMode::compliance;
   switch (tissue) {
     case ClusterTissue::all:
-      return sweep_by_cluster<kMode, kDamped, ClusterTissue::all, kThreads>;
+      return sweep_by_cluster<kMode, kDamped, ClusterTissue::all, kThreads, false>;
     case ClusterTissue::solids:
-      return sweep_by_cluster<kMode, kDamped, ClusterTissue::solids, kThreads>;
+      return sweep_by_cluster<kMode, kDamped, ClusterTissue::solids, kThreads, false>;
     case ClusterTissue::springs:
       break;
   }
-  return sweep_by_cluster<kMode, kDamped, ClusterTissue::springs, kThreads>;
+  return sweep_by_cluster<kMode, kDamped, ClusterTissue::springs, kThreads, false>;
+}
+
+/// Of bodies that meet each other, for any tissue.
+template <int kThreads>
+ClusterKernel choose_meeting_kernel(const ClusterKind& kind) {
+  constexpr auto kMode = ProjectionMode::compliance;
+  constexpr auto kFraction = ProjectionMode::fraction;
+  if (kind.mode == kFraction) {
+    return sweep_by_cluster<kFraction, false, ClusterTissue::springs, kThreads, true>;
+  }
+  return kind.is_damped ? sweep_by_cluster<kMode, true, ClusterTissue::all, kThreads, true>
+                        : sweep_by_cluster<kMode, false, ClusterTissue::all, kThreads, true>;
 }
 
 template <int kThreads>
 ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
+  if (kind.has_touches) {
+    return choose_meeting_kernel<kThreads>(kind);
+  }
   if (kind.mode == ProjectionMode::fraction) {
-    return sweep_by_cluster<ProjectionMode::fraction, false, ClusterTissue::springs, kThreads>;
+    return sweep_by_cluster<ProjectionMode::fraction, false, ClusterTissue::springs, kThreads,
+                            false>;
   }
   return kind.is_damped ? choose_cluster_kernel<kThreads, true>(kind.tissue)
                         : choose_cluster_kernel<kThreads, false>(kind.tissue);
@@ -45,6 +61,7 @@ ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
 struct ClusterLaunch {
   cudaLaunchAttribute attributes[2]{};
   cudaLaunchConfig_t config{};
+  std::uint32_t least_bytes;  ///< of shared memory
 
   ClusterLaunch(const ClusterKind& kind, const ClusterArrays& cluster, const Launch& how) {
     attributes[0].id = cudaLaunchAttributeClusterDimension;
@@ -54,7 +71,12 @@ struct ClusterLaunch {
     config.gridDim = dim3(cluster.block_count, static_cast<unsigned>(how.copies));
     config.blockDim = dim3(static_cast<unsigned>(kind.thread_count + kWarp));
     const bool has_displacements = kind.mode == ProjectionMode::compliance;
-    config.dynamicSmemBytes = ClusterLayout(cluster, has_displacements, kind.is_damped).size;
+    least_bytes = ClusterLayout(cluster, has_displacements, kind.is_damped).size;
+    const std::uint32_t wanted =
+        least_bytes + 16 * static_cast<std::uint32_t>(kMostStagedCorners - kStagedClusterCorners);
+    const auto room =
+        static_cast<std::uint32_t>(device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin));
+    config.dynamicSmemBytes = least_bytes < room && room < wanted ? room : wanted;
     config.stream = how.stream;
     config.attrs = attributes;
     config.numAttrs = how.overlaps ? 2 : 1;
@@ -68,7 +90,7 @@ Index prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
   const ClusterLaunch launch(kind, cluster, {});
   const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
   if (device_attribute(cudaDevAttrClusterLaunch) == 0 || code_architecture() < 90 ||
-      static_cast<int>(launch.config.dynamicSmemBytes) > room) {
+      static_cast<int>(launch.least_bytes) > room) {
     return 0;
   }
   // the room is the same for all solvers: a kernel's attributes are, too

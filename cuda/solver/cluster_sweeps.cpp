@@ -103,9 +103,11 @@ class ClusterSweeps final : public Sweeps {
   }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
-    kernels_.sweep_cluster(kind_, arrays_, arrays.state, arrays.tools, arrays.input,
+    ClusterKind kind = kind_;
+    kind.has_touches = arrays.has_touches;
+    kernels_.sweep_cluster(kind, arrays_, arrays.state, arrays.tools, arrays.input,
                            {substep, arrays.sweep_count, arrays.has_attachments, arrays.has_pushers,
-                            arrays.has_meeters, arrays.has_touches},
+                            arrays.has_meeters},
                            launch);
   }
 
@@ -149,10 +151,14 @@ class ClusterSweeps final : public Sweeps {
     return program_.has_value();
   }
 
-  // How many clusters run at a time.
+  // How many clusters run at a time, whether bodies meet, which may begin at any time, or not.
   Index prepare(const ClusterSizes& sizes) {
     kind_.thread_count = sizes.thread_count;
-    return kernels_.prepare_cluster(kind_, arrays_of(sizes));
+    ClusterKind meeting = kind_;
+    meeting.has_touches = true;
+    const ClusterArrays arrays = arrays_of(sizes);
+    return std::min(kernels_.prepare_cluster(kind_, arrays),
+                    kernels_.prepare_cluster(meeting, arrays));
   }
 
   void upload(Index copies, cudaStream_t stream) {

@@ -71,5 +71,50 @@ class ContactCrew {
   Meet meet_;
 };
 
+/// Finds the levels of contacts: those of one do not share what one of them moves. A warp does it,
+/// for 32 contacts at a time.
+/// @param levels      [count]
+/// @param befores_of  (c, before[4]): the last contact before that one which shares something with
+/// it,
+///                    for each of up to four things, or leaves kInvalidIndex
+/// @return            how many levels there are
+template <class Befores>
+__device__ inline Index find_levels(Index count, Index* levels, const Befores& befores_of) {
+  const auto later = [](Index a, Index b) { return a < b ? b : a; };
+  const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
+  Index most = -1;
+  for (Index first = 0; first < count; first += kWarp) {
+    const Index c = first + lane;
+    Index befores[4] = {kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+    if (c < count) {
+      befores_of(c, befores);
+    }
+    Index of_earlier = -1;
+#pragma unroll
+    for (Index& before : befores) {
+      if (before != kInvalidIndex && before < first) {
+        of_earlier = later(of_earlier, levels[before]);
+        before = kInvalidIndex;
+      }
+    }
+    Index level = c < count ? kNoLevel : -1;
+    while (__any_sync(~0U, level == kNoLevel) != 0) {
+      Index last = of_earlier;
+#pragma unroll
+      for (const Index before : befores) {
+        const Index met = __shfl_sync(~0U, level, before == kInvalidIndex ? lane : before - first);
+        last = before == kInvalidIndex ? last : later(last, met);
+      }
+      level = level == kNoLevel && last != kNoLevel ? last + 1 : level;
+    }
+    if (c < count) {
+      levels[c] = level;
+      most = later(most, level);
+    }
+    __syncwarp();
+  }
+  return 1 - least_of_warp(-most);
+}
+
 }  // namespace
 }  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -181,5 +181,30 @@ __device__ __forceinline__ bool push_out(const Crew& crew, Own& own, const Corne
   }
 }
 
+/// Calls work(crew, own, corners) of the threads that go through contacts, once they and their
+/// corners are near at hand. All threads of the only block of a copy call it.
+/// @param count  of contacts
+template <class Moving, int kThreads, int kCorners, class Arrays, class Work>
+__device__ __forceinline__ void go_through_contacts(const DeviceState& state, const Arrays& arrays,
+                                                    Index count, const Work& work) {
+  using Corners = MovingCorners<Arrays, kThreads, kCorners>;
+  if (count == 0) {
+    return;
+  }
+  __shared__ SharedRoom<typename Corners::Stage> room;
+  const Corners corners(state, arrays, count, room.get());
+  OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
+  __syncthreads();
+  const ContactCrew crew(count, [] { __syncthreads(); });
+  if (crew.has_this_thread()) {
+    own.begin(corners);
+    crew.wait();
+    work(crew, own, corners);
+    own.end();
+  }
+  __syncthreads();
+  corners.store_all();
+}
+
 }  // namespace
 }  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

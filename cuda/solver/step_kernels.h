@@ -83,6 +83,7 @@ struct ClusterKind {
   bool is_damped;
   ClusterTissue tissue;
   Index thread_count;  ///< of a block, that project: kFewClusterThreads or kManyClusterThreads
+  bool has_touches;    ///< whether bodies meet each other
 };
 
 struct StepKernels {

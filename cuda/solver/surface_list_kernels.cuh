@@ -245,55 +245,6 @@ __device__ inline void list_holds(const SurfaceArrays& surfaces, const ContactLi
   __syncthreads();
 }
 
-/// Finds the levels of contacts: those of one share no corner and no spring. A warp does it, for 32
-/// contacts at a time.
-/// @param meeters  of which a spring lets contacts come after one another
-/// @return         how many levels there are
-__device__ inline Index find_levels(const SurfaceArrays& surfaces, const ContactLists& lists,
-                                    const MeeterInput* meeters, Index count) {
-  const auto later = [](Index a, Index b) { return a < b ? b : a; };
-  const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
-  Index most = -1;
-  for (Index first = 0; first < count; first += kWarp) {
-    const Index c = first + lane;
-    Index befores[4] = {kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex};
-    if (c < count) {
-      for (int k = 0; k < 3; ++k) {
-        befores[k] = lists.befores[3 * c + k];
-      }
-      const Index meeter = lists.sorted_keys[c].meeter;
-      if (c > 0 && lists.sorted_keys[c - 1].meeter == meeter && meeters[meeter].compliance > 0) {
-        befores[3] = c - 1;
-      }
-    }
-    Index of_earlier = -1;
-#pragma unroll
-    for (Index& before : befores) {
-      if (before != kInvalidIndex && before < first) {
-        of_earlier = later(of_earlier, lists.levels[before]);
-        before = kInvalidIndex;
-      }
-    }
-    Index level = c < count ? kNoLevel : -1;
-    while (__any_sync(~0U, level == kNoLevel) != 0) {
-      Index last = of_earlier;
-#pragma unroll
-      for (const Index before : befores) {
-        const Index met = __shfl_sync(~0U, level, before == kInvalidIndex ? lane : before - first);
-        last = before == kInvalidIndex ? last : later(last, met);
-      }
-      level = level == kNoLevel && last != kNoLevel ? last + 1 : level;
-    }
-    if (c < count) {
-      lists.levels[c] = level;
-      surfaces.levels[c] = level;
-      most = later(most, level);
-    }
-    __syncwarp();
-  }
-  return 1 - least_of_warp(-most);
-}
-
 /// One block a copy.
 /// @param has_pushers  then other contacts have been counted
 __global__ void __launch_bounds__(kListThreads)
@@ -373,10 +324,23 @@ __global__ void __launch_bounds__(kListThreads)
   }
   list_holds(surfaces, lists, kept);
   if (thread < kWarp) {
-    const Index levels = find_levels(surfaces, lists, meeters.meeters, kept);
+    const Index levels = find_levels(kept, lists.levels, [&](Index c, Index(&befores)[4]) {
+      for (int k = 0; k < 3; ++k) {
+        befores[k] = lists.befores[3 * c + k];
+      }
+      const Index meeter = lists.sorted_keys[c].meeter;  // whose spring all of its contacts share
+      if (c > 0 && lists.sorted_keys[c - 1].meeter == meeter &&
+          meeters.meeters[meeter].compliance > 0) {
+        befores[3] = c - 1;
+      }
+    });
     if (thread == 0) {
       *surfaces.level_counts = levels;
     }
+  }
+  __syncthreads();
+  for (Index c = thread; c < kept; c += kListThreads) {
+    surfaces.levels[c] = lists.levels[c];
   }
 }
 

@@ -117,7 +117,6 @@ __device__ __forceinline__ void settle(const Crew& crew, OwnSurfaceContacts& own
 }
 
 constexpr int kProjectThreads = 256;
-using MovingSurfaceCorners = MovingCorners<SurfaceArrays, kProjectThreads, 3>;
 
 /// Moves corners by their masses: the bits of one contact after another. One block a copy.
 /// @tparam kSettles  only those that are inside, without friction
@@ -127,27 +126,15 @@ __global__ void __launch_bounds__(kProjectThreads, 1)
   wait_for_previous();
   state = of_copy(state);
   const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
-  const Index count = contact_count(surfaces);
-  if (count == 0) {
-    return;
-  }
-  __shared__ SharedRoom<MovingSurfaceCorners::Stage> room;
-  const MovingSurfaceCorners corners(state, surfaces, count, room.get());
-  OwnSurfaceContacts own(surfaces, count, kProjectThreads);
-  __syncthreads();
-  const ContactCrew crew(count, [] { __syncthreads(); });
-  if (crew.has_this_thread()) {
-    own.begin(corners);
-    crew.wait();
-    if constexpr (kSettles) {
-      settle(crew, own, corners);
-    } else {
-      project(crew, own, corners, __ldcg(surfaces.level_counts));
-    }
-    own.end();
-  }
-  __syncthreads();
-  corners.store_all();
+  go_through_contacts<MovingContact, kProjectThreads, 3>(
+      state, surfaces, contact_count(surfaces),
+      [&](const auto& crew, OwnSurfaceContacts& own, const auto& corners) {
+        if constexpr (kSettles) {
+          settle(crew, own, corners);
+        } else {
+          project(crew, own, corners, __ldcg(surfaces.level_counts));
+        }
+      });
 }
 
 void project_surface_contacts(const DeviceState& state, const ToolArrays& tools, bool settles,

@@ -16,7 +16,6 @@ namespace {
 constexpr int kWarpBlocks = 32;
 
 constexpr int kMoveThreads = 512;  // as many contacts are near at hand
-using MovingTouchCorners = MovingCorners<TouchArrays, kMoveThreads, TissueTouch::kCorners>;
 
 /// A contact while it moves its corners, all or none: momentum is theirs together.
 struct MovingTouch {
@@ -118,27 +117,15 @@ __global__ void __launch_bounds__(kMoveThreads, 1)
   wait_for_previous();
   state = of_copy(state);
   const TouchArrays touches = of_copy(tools.touches, state.capacity);
-  const Index count = contact_count(touches);
-  if (count == 0) {
-    return;
-  }
-  __shared__ SharedRoom<MovingTouchCorners::Stage> room;
-  const MovingTouchCorners corners(state, touches, count, room.get());
-  OwnContacts<TouchArrays, MovingTouch> own(touches, count, kMoveThreads);
-  __syncthreads();
-  const ContactCrew crew(count, [] { __syncthreads(); });
-  if (crew.has_this_thread()) {
-    own.begin(corners);
-    crew.wait();
-    if constexpr (kSettles) {
-      push_out(crew, own, corners);
-    } else {
-      project(crew, own, corners, __ldcg(touches.level_counts));
-    }
-    own.end();
-  }
-  __syncthreads();
-  corners.store_all();
+  go_through_contacts<MovingTouch, kMoveThreads, TissueTouch::kCorners>(
+      state, touches, contact_count(touches),
+      [&](const auto& crew, auto& own, const auto& corners) {
+        if constexpr (kSettles) {
+          push_out(crew, own, corners);
+        } else {
+          project(crew, own, corners, __ldcg(touches.level_counts));
+        }
+      });
 }
 
 /// Before the sweeps of vertex blocks: how stiffly bodies meet.

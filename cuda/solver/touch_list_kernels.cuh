@@ -217,53 +217,6 @@ __device__ inline void list_many_holds(const TouchArrays& touches, Index contact
   __syncthreads();
 }
 
-/// Finds the levels of contacts: those of one share no corner. A warp does it, for 32 contacts at a
-/// time.
-/// @param befores_of_holds  [hold] the contact before at its place, or kInvalidIndex
-/// @param levels            [contact]
-/// @return                  how many levels there are
-__device__ inline Index find_levels(const Index* befores_of_holds, Index* levels, Index count) {
-  const auto later = [](Index a, Index b) { return a < b ? b : a; };
-  const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
-  Index most = -1;
-  int4 next{};
-  const auto load = [&](Index c) {
-    return c < count ? reinterpret_cast<const int4*>(befores_of_holds)[c]
-                     : make_int4(kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex);
-  };
-  static_assert(TissueTouch::kCorners * sizeof(Index) == sizeof(int4));
-  next = load(lane);
-  for (Index first = 0; first < count; first += kWarp) {
-    const Index c = first + lane;
-    Index befores[] = {next.x, next.y, next.z, next.w};
-    next = load(c + kWarp);
-    Index of_earlier = -1;
-#pragma unroll
-    for (Index& before : befores) {
-      if (before != kInvalidIndex && before < first) {
-        of_earlier = later(of_earlier, levels[before]);
-        before = kInvalidIndex;
-      }
-    }
-    Index level = c < count ? kNoLevel : -1;
-    while (__any_sync(~0U, level == kNoLevel) != 0) {
-      Index last = of_earlier;
-#pragma unroll
-      for (const Index before : befores) {
-        const Index met = __shfl_sync(~0U, level, before == kInvalidIndex ? lane : before - first);
-        last = before == kInvalidIndex ? last : later(last, met);
-      }
-      level = level == kNoLevel && last != kNoLevel ? last + 1 : level;
-    }
-    if (c < count) {
-      levels[c] = level;
-      most = later(most, level);
-    }
-    __syncwarp();
-  }
-  return 1 - least_of_warp(-most);
-}
-
 __global__ void __launch_bounds__(kTouchListThreads)
     list_touches(DeviceState state, ToolArrays tools, StepInput* input) {
   wait_for_previous();
@@ -314,7 +267,13 @@ __global__ void __launch_bounds__(kTouchListThreads)
     list_many_holds(touches, count, befores);
   }
   if (thread < kWarp) {
-    const Index levels = find_levels(befores, levels_of, count);
+    const Index levels = find_levels(count, levels_of, [&](Index c, Index(&found)[4]) {
+      const int4 of_corners = reinterpret_cast<const int4*>(befores)[c];
+      found[0] = of_corners.x;
+      found[1] = of_corners.y;
+      found[2] = of_corners.z;
+      found[3] = of_corners.w;
+    });
     if (thread == 0) {
       *touches.level_counts = levels;
       *touches.counts = count;

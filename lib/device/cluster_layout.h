@@ -51,8 +51,10 @@ inline constexpr Index kMostClusterBlocks = 16;
 inline constexpr Index kFewClusterThreads = 224;  // with one warp that fetches, eight
 inline constexpr Index kManyClusterThreads = 480;
 inline constexpr Index kMostClusterPhases = 4095;
-/// Of contacts, that a block has near at hand: of as many with surfaces as it has threads.
+/// Of contacts, that a block has near at hand: of as many with surfaces as it has threads, and of
+/// more, if its memory has room for them.
 inline constexpr Index kStagedClusterCorners = 3 * kFewClusterThreads;
+inline constexpr Index kMostStagedCorners = 4 * 512;
 
 struct ClusterBlock {
   std::uint32_t first_place;  ///< in ClusterArrays::places
@@ -129,7 +131,6 @@ struct ClusterSweep {
   bool has_attachments;
   bool has_pushers;
   bool has_meeters;
-  bool has_touches;
 };
 
 /// Bytes from the start of a block's shared memory.
@@ -138,7 +139,6 @@ struct ClusterLayout {
   std::uint32_t bases;        ///< float4[slot_room] in compliance mode: from where that counts
   std::uint32_t carries;      ///< float4[slot_room] where there is damping
   std::uint32_t stages;       ///< [kClusterStages][stage_bytes]
-  std::uint32_t corners;      ///< float4[kStagedClusterCorners] of contacts
   std::uint32_t rounds;       ///< ClusterRound[round_room + 1] the last is the first again
   std::uint32_t arrived;      ///< barrier[phase_count + 1] completed by what arrives for a phase
   std::uint32_t fetched;      ///< barrier[kClusterStages] completed by the words of a round
@@ -147,6 +147,7 @@ struct ClusterLayout {
   std::uint32_t touched;      ///< uint32[slot_room] slot of a vertex that tools touch
   std::uint32_t tool_counts;  ///< uint32[2] of these lists
   std::uint32_t arrivals;     ///< uint32[phase_count + 1]
+  std::uint32_t corners;      ///< float4[kStagedClusterCorners] of contacts; all that is behind
   std::uint32_t size;
 
   PBDSURG_HOST_DEVICE constexpr ClusterLayout(const ClusterArrays& cluster, bool has_displacements,
@@ -154,8 +155,7 @@ struct ClusterLayout {
       : bases(16 * cluster.slot_room),
         carries(bases + (has_displacements ? 16 * cluster.slot_room : 0)),
         stages(carries + (is_damped ? 16 * cluster.slot_room : 0)),
-        corners(stages + kClusterStages * cluster.stage_bytes),
-        rounds(corners + 16 * kStagedClusterCorners),
+        rounds(stages + kClusterStages * cluster.stage_bytes),
         arrived(rounds + 16 * (cluster.round_room + 1)),
         fetched(arrived + 8 * (cluster.phase_count + 1)),
         surfaces(fetched + 8 * kClusterStages),
@@ -163,7 +163,8 @@ struct ClusterLayout {
         touched(held + 8 * cluster.slot_room),
         tool_counts(touched + 4 * cluster.slot_room),
         arrivals(tool_counts + 8),
-        size(arrivals + 4 * (cluster.phase_count + 1)) {}
+        corners((arrivals + 4 * (cluster.phase_count + 1) + 15) / 16 * 16),
+        size(corners + 16 * kStagedClusterCorners) {}
 };
 
 }  // namespace pbdsurg::cuda
