@@ -138,6 +138,9 @@ void FakeDevice::start_step(SolverData& data) {
   for (Index i = 0; i < data.copy_count(); ++i) {
     own_.copy(i).past_substep = data.copy(i).past_substep;
     own_.copy(i).factors = data.copy(i).factors;
+    if (own_.contact_bodies.empty()) {
+      own_.copy(i).touches = {};
+    }
     own_.copy(i).touches.remembered = data.copy(i).touches.remembered;
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
