@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <span>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
@@ -25,10 +26,10 @@ namespace pbdsurg {
 /// Orders triangles or edges along a Morton curve. Cost: O(n log n).
 /// @param triangles  [n] by places
 /// @param positions  [place] m
-void order(std::span<const ContactBodies::PlaceTriangle> triangles,
-           std::span<const Particle> positions, TouchTree& tree);
-void order(std::span<const ContactBodies::Edge> edges, std::span<const Particle> positions,
-           TouchTree& tree);
+PBDSURG_API void order(std::span<const ContactBodies::PlaceTriangle> triangles,
+                       std::span<const Particle> positions, TouchTree& tree);
+PBDSURG_API void order(std::span<const ContactBodies::Edge> edges,
+                       std::span<const Particle> positions, TouchTree& tree);
 
 /// Fits the boxes. What is not finite is nowhere. Cost: O(n).
 void fit_boxes(std::span<const ContactBodies::PlaceTriangle> triangles,

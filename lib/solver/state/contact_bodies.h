@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/solver/tissue_contact.h"
@@ -79,7 +80,7 @@ class ContactBodies {
 
   /// Bodies of any pair, ascending.
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_; }
-  [[nodiscard]] const Body& body(Index of_tissue) const noexcept;
+  [[nodiscard]] PBDSURG_API const Body& body(Index of_tissue) const noexcept;
   /// Vertices of all surfaces above.
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
 
