@@ -87,9 +87,12 @@ std::vector<SnapshotBodyContact> touches_of(const SolverState& state, const Copy
   }
   const std::vector<Index> vertex_at = state.vertices_at_places();
   for (const RememberedTouch& known : copy.touches.remembered) {
-    SnapshotBodyContact& contact =
-        contacts.emplace_back(vertex_at[known.slot.place], known.slot.body, vector_of(known.normal),
-                              known.force, vector_of(known.friction));
+    SnapshotBodyContact& contact = contacts.emplace_back();
+    contact.vertex = vertex_at[known.slot.place];
+    contact.body = known.slot.body;
+    contact.normal = vector_of(known.normal);
+    contact.force = known.force;
+    contact.friction = vector_of(known.friction);
     if (known.slot.has_edges()) {
       std::ranges::transform(known.slot.edges, contact.edges.begin(),
                              [&](Index place) { return vertex_at[place]; });
