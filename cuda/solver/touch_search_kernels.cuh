@@ -186,6 +186,7 @@ __global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, T
     search.most_moved = 0;
   }
 }
+
 __device__ inline float least_of_warp(float own) {
   for (int distance = kWarp / 2; distance > 0; distance /= 2) {
     const float other = __shfl_xor_sync(~0U, own, distance);

@@ -132,13 +132,13 @@ template <class Start>
   return is_finite_number(near.distance);
 }
 
-/// Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
-/// most, tells the side; of those that do so as much, the first.
-/// @param near   that face() was called for
 /// @param least  m, the distance of the nearest
 [[nodiscard]] PBDSURG_HOST_DEVICE inline bool is_as_near(const NearPoint& near, float least) {
   return near.distance <= (1 + kAsNear) * least;
 }
+/// Of triangles at a corner or an edge, the one that faces the vertex most, or turns away from it
+/// most, tells the side; of those that do so as much, the first.
+/// @param near  that face() was called for
 /// @param most  of what is as near: the largest absolute alignment
 [[nodiscard]] PBDSURG_HOST_DEVICE inline bool faces_as_much(const NearPoint& near, float most) {
   return std::fabs(near.alignment) >= most - kAsNear;
