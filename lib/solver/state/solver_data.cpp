@@ -63,12 +63,7 @@ class ProgramFollower final : public Follower {
     const bool was_empty = data_.contact_bodies.empty();
     data_.contact_bodies.drop_bodies_from(bodies);
     for (Index i = 0; i < data_.copy_count(); ++i) {
-      TissueTouches& touches = data_.copy(i).touches;
-      touches.forget_from(places, bodies);
-      if (data_.step_in_flight == SolverState::Step::running) {
-        touches.first_lost_place = std::min(touches.first_lost_place, places);
-        touches.first_lost_body = std::min(touches.first_lost_body, bodies);
-      }
+      data_.copy(i).touches.forget_from(places, bodies);
     }
     if (data_.contact_bodies.empty() != was_empty) {
       data_.rebuild_plan();

@@ -39,9 +39,6 @@ void SolverState::finish_running_step() {
   if (backend->keeps_state()) {
     step_in_flight = Step::none;  // also if the backend fails
     report = backend->finish_step(*this);
-    for (Index i = 0; i < copy_count(); ++i) {
-      copy(i).touches.forget_lost();
-    }
   }
   step_in_flight = Step::finished;
   if (backend->keeps_state() && end_step != nullptr) {

@@ -53,19 +53,9 @@ struct TissueTouches {
   std::vector<TissueTouch> contacts;        ///< of the current substep
   std::vector<RememberedTouch> remembered;  ///< of the last
 
-  /// The first of those that an undo took while a step was running on a device, which tells of them
-  /// when it is done. Later ones get their ids.
-  Index first_lost_place = kNoneLost, first_lost_body = kNoneLost;
-  static constexpr Index kNoneLost = std::numeric_limits<Index>::max();
-
   /// Forgets contacts of places and bodies from these on. If there were any, all that was found in
   /// the substep goes with them.
   void forget_from(Index place, Index body);
-  /// Those that were lost while a step was running.
-  void forget_lost() {
-    forget_from(first_lost_place, first_lost_body);
-    first_lost_place = first_lost_body = kNoneLost;
-  }
 
   /// All that vertices and edges may meet before anything has moved by `slack` from where it was
   /// seen. What it holds beyond that changes no result.
