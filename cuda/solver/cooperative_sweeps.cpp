@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cuda/buffer.cuh"
+#include "cuda/solver/sweep_answers.h"
 #include "cuda/solver/sweeps.h"
 #include "lib/device/neighbor_lists.h"
 #include "lib/device/vertex_counts.h"
@@ -109,34 +110,13 @@ class CooperativeSweeps final : public Sweeps {
                         : arrays.has_grips   ? Reach::gripped_substep
                         : arrays.has_tools() ? Reach::held_substep
                                              : Reach::substep;
-    // what comes between sweeps: bodies, grips and surfaces answer after each, a correction comes
-    // after the first
+    // nothing comes between sweeps that are launched together: see answer_sweep()
     for (Index first = 0; first < arrays.sweep_count;) {
       const bool is_alone = arrays.has_touches || arrays.has_grips || arrays.has_meeters ||
                             (first == 0 && arrays.has_correction());
       const Index end = is_alone ? first + 1 : arrays.sweep_count;
       sweep(reach, arrays, substep, {first, end}, launch);
-      // before grips, where bodies meet: as on a host
-      if (arrays.has_touches) {
-        balance(arrays, launch);
-        kernels_.see_touches(arrays.state, arrays.tools, arrays.input, true, launch);
-      }
-      if (arrays.has_grips) {
-        kernels_.answer_grips(arrays.state, arrays.vertices, arrays.tools, arrays.input, substep,
-                              launch);
-      }
-      if (arrays.has_meeters) {
-        if (!arrays.has_touches) {
-          balance(arrays, launch);
-        }
-        kernels_.answer_surface_contacts(arrays.state, arrays.tools, arrays.input, substep, launch);
-      }
-      if (first == 0 && arrays.has_correction()) {
-        correct(arrays, launch);
-        if (arrays.has_touches) {
-          kernels_.see_touches(arrays.state, arrays.tools, arrays.input, false, launch);
-        }
-      }
+      answer_sweep(kernels_, arrays, substep, first == 0, launch, [&] { correct(arrays, launch); });
       first = end;
     }
   }
@@ -180,10 +160,6 @@ class CooperativeSweeps final : public Sweeps {
   }
 
  private:
-  void balance(const SweepArrays& arrays, const Launch& launch) const {
-    kernels_.balance_pieces(arrays.state, arrays.free_pieces, arrays.tools, arrays.input, launch);
-  }
-
   void correct(const SweepArrays& arrays, const Launch& launch) const {
     find_residuals(arrays, launch);
     kernels_.move_by_modes(arrays.state, arrays.coarse, arrays.input, arrays.has_tools(), launch);

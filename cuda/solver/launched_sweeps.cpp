@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cuda/solver/sweep_answers.h"
 #include "cuda/solver/sweeps.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/solver_options.h"
@@ -40,27 +41,7 @@ class LaunchedSweeps final : public Sweeps {
                                  arrays.input, is_first && !moves_vertices(options_), launch);
       }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
-        if (arrays.has_touches) {      // before grips: as on a host
-          balance(arrays, launch);
-          kernels_.see_touches(arrays.state, arrays.tools, arrays.input, true, launch);
-        }
-        if (arrays.has_grips) {
-          kernels_.answer_grips(arrays.state, arrays.vertices, arrays.tools, arrays.input, substep,
-                                launch);
-        }
-        if (arrays.has_meeters) {
-          if (!arrays.has_touches) {
-            balance(arrays, launch);
-          }
-          kernels_.answer_surface_contacts(arrays.state, arrays.tools, arrays.input, substep,
-                                           launch);
-        }
-        if (is_first && arrays.has_correction()) {
-          correct(arrays, launch);
-          if (arrays.has_touches) {
-            kernels_.see_touches(arrays.state, arrays.tools, arrays.input, false, launch);
-          }
-        }
+        answer_sweep(kernels_, arrays, substep, is_first, launch, [&] { correct(arrays, launch); });
         continue;
       }
       if (arrays.has_touches) {
@@ -83,10 +64,6 @@ class LaunchedSweeps final : public Sweeps {
   }
 
  private:
-  void balance(const SweepArrays& arrays, const Launch& launch) const {
-    kernels_.balance_pieces(arrays.state, arrays.free_pieces, arrays.tools, arrays.input, launch);
-  }
-
   void correct(const SweepArrays& arrays, const Launch& launch) const {
     const DeviceState& state = arrays.state;
     const VertexArrays& vertices = arrays.vertices;
