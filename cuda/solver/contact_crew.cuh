@@ -26,6 +26,14 @@ __device__ inline Index least_of_warp(Index own) {
 #endif
 }
 
+__device__ inline float least_of_warp(float own) {
+  for (int distance = kWarp / 2; distance > 0; distance /= 2) {
+    const float other = __shfl_xor_sync(~0U, own, distance);
+    own = other < own ? other : own;
+  }
+  return own;
+}
+
 /// Where a warp has a thread for each contact, it goes alone, for it waits for itself in a fraction
 /// of the time; else all threads of a block do.
 /// @tparam Meet  () of all threads that have contacts

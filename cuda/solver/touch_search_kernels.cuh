@@ -172,7 +172,6 @@ __global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, T
     fit_group(touches, start, warp);
   }
   if (is_last_block(&search.blocks_done) && threadIdx.x == 0) {
-    constexpr float kSlack = 2;  // thicknesses, as on a host
     const float way = sqrtf(__uint_as_float(__ldcg(&search.most_way)));
     const float moved = sqrtf(__uint_as_float(__ldcg(&search.most_moved)));
     const bool searches =
@@ -180,19 +179,11 @@ __global__ void __launch_bounds__(kTouchThreads) fit_groups(DeviceState state, T
     search.searches = searches ? 1 : 0;
     if (searches) {
       search.has_searched = 1;
-      search.slack = way + kSlack * touches.thickest;
+      search.slack = way + kTouchSlack * touches.thickest;
       search.near_count = 0;
     }
     search.most_moved = 0;
   }
-}
-
-__device__ inline float least_of_warp(float own) {
-  for (int distance = kWarp / 2; distance > 0; distance /= 2) {
-    const float other = __shfl_xor_sync(~0U, own, distance);
-    own = other < own ? other : own;
-  }
-  return own;
 }
 
 /// Whether the box of a group meets another: without a branch, so that many can be asked for at a
@@ -220,15 +211,6 @@ __device__ inline void for_each_near(const GroupBox* boxes, Index count, const C
 /// m, of any vertex in this substep.
 __device__ inline float longest_way(const TouchArrays& touches) {
   return sqrtf(__uint_as_float(__ldcg(&touches.searches->most_way)));
-}
-
-/// m, how far apart what meets may be: see the host's.
-/// @param way  m, the longest
-__device__ inline float limit_of(const TouchPair& pair, float way) {
-  const float most = kTouchWay * pair.thickness;
-  const float reach = kTouchReach * pair.thickness + 2 * (way < most ? way : most);
-  const float deepest = kDeepestTouch * pair.thickness;
-  return reach < deepest ? deepest : reach;
 }
 
 /// What all of one search read.
@@ -260,7 +242,7 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
   const Vec3<float> x = start.position(vertex.place);
   const TouchBody& body = touches.bodies[vertex.other];
   const TouchPair& pair = touches.pairs[vertex.pair];
-  const float limit = limit_of(pair, search.way);
+  const float limit = touch_limit(pair.thickness, search.way);
   const TouchTriangle* const triangles = touches.triangles + body.first_group * kWarp;
   const auto for_each_triangle = [&](float reach, const auto& visit) {
     ContactBox point;
@@ -352,7 +334,7 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
                            __shfl_sync(~0U, touch.normal.z, from)};
   const PassedEdge passed(start, vertex.place, shared, normal, pair.thickness);
   if (passed.has_any()) {
-    NearPoint face;
+    NearPoint best_face;
     float clear = passed.clear();
     Index of_face = kNoLevel;
     for_each_triangle(least, [&](const TouchTriangle& triangle) {
@@ -365,7 +347,7 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
           (own_clear > clear || (own_clear == clear && triangle.index < of_face))) {
         clear = own_clear;
         of_face = triangle.index;
-        face = own_face;
+        best_face = own_face;
       }
     });
     const float most_clear = -least_of_warp(-clear);
@@ -373,8 +355,8 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
     if (best != kNoLevel) {
       has_contact = best == of_face && clear == most_clear;
       if (has_contact) {
-        touch = touch_of(slot, vertex.body, face, face.outwards);
-        distance = face.distance;
+        touch = touch_of(slot, vertex.body, best_face, best_face.outwards);
+        distance = best_face.distance;
       }
     }
   }
@@ -397,7 +379,7 @@ __device__ inline void meet_edges(const TouchSearch& search, Index index) {
       continue;
     }
     const TouchBody& body = touches.bodies[pair.first == own_body ? pair.second : pair.first];
-    const float limit = limit_of(pair, search.way);
+    const float limit = touch_limit(pair.thickness, search.way);
     const auto visit = [&](Index group) {
       const Index other =
           __ldg(touches.edge_groups + (body.first_edge_group + group) * kWarp + lane);

@@ -14,16 +14,9 @@
 #include "lib/base/segment.h"
 #include "lib/solver/methods/touch_meeting.h"
 #include "lib/solver/state/tissue_touch.h"
+#include "lib/solver/state/touch_features.h"
 
 namespace pbdsurg {
-
-/// An edge of a surface, or a link of particles: see ContactBodies::Edge.
-struct CrossingEdge {
-  Index ends[2];      ///< ascending
-  Index opposite[2];  ///< corners of the triangles there, or kInvalidIndex
-  Index body;         ///< of the tissue
-  bool is_two_sided;  ///< whether that has no inside
-};
 
 /// Two edges where a substep starts.
 /// @tparam Start  see touch_meeting.h

@@ -18,6 +18,7 @@
 #include "lib/base/triangle.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/state/tissue_touch.h"
+#include "lib/solver/state/touch_features.h"
 
 namespace pbdsurg {
 
@@ -25,31 +26,23 @@ namespace pbdsurg {
 /// a substep that counts.
 inline constexpr float kTouchReach = 1.5F, kDeepestTouch = 3, kTouchWay = 8;
 
+/// In thicknesses: how far vertices may move between two searches for what is near.
+inline constexpr float kTouchSlack = 2;
+
 /// m/s, at which surfaces that are too near part.
 inline constexpr float kRecovery = 0.03F;
 
 /// Of a distance, or of a cosine: what differs by less is as near, and faces a vertex as much.
 inline constexpr float kAsNear = 1e-4F;
 
-/// The point of a triangle, or of a link, that is nearest to a vertex.
-struct NearPoint {
-  Index corners[3];
-  float weights[3];
-  Vec3<float> away;  ///< m, to the vertex
-  float distance;    ///< m
-  // see face()
-  Vec3<float> outwards;  ///< unit, out of the triangle; of a link, to the vertex
-  float alignment;       ///< of the way to the vertex with that
-
-  /// A corner of the triangle.
-  [[nodiscard]] PBDSURG_HOST_DEVICE bool is_corner() const {
-    return (weights[0] == 0) + (weights[1] == 0) + (weights[2] == 0) == 2;
-  }
-  /// On its border.
-  [[nodiscard]] PBDSURG_HOST_DEVICE bool is_edge() const {
-    return weights[0] == 0 || weights[1] == 0 || weights[2] == 0;
-  }
-};
+/// m, how far apart what meets in a substep may be.
+/// @param way  m, of the fastest vertex in it
+[[nodiscard]] PBDSURG_HOST_DEVICE inline float touch_limit(float thickness, float way) {
+  const float most = kTouchWay * thickness;
+  const float reach = kTouchReach * thickness + 2 * (way < most ? way : most);
+  const float deepest = kDeepestTouch * thickness;
+  return reach < deepest ? deepest : reach;
+}
 
 /// The vector of length 1, but for one without a length.
 [[nodiscard]] PBDSURG_HOST_DEVICE inline Vec3<float> direction_of(const Vec3<float>& v) {
@@ -79,9 +72,10 @@ struct NearPoint {
 }
 
 /// Unit, out of a triangle.
+/// @param corners  [3]
 template <class Start>
 [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<float> outwards_of(const Start& start,
-                                                          const Index (&corners)[3]) {
+                                                          const Index* corners) {
   const Vec3<float> a = start.position(corners[0]);
   return direction_of(cross(start.position(corners[1]) - a, start.position(corners[2]) - a));
 }
@@ -99,12 +93,12 @@ PBDSURG_HOST_DEVICE void face(const Start& start, NearPoint& near) {
 }
 
 /// None of a triangle without a place, or of one that faces what the vertex left last.
-/// @param corners  of a triangle or a link
+/// @param corners  [3] of a triangle or a link
 /// @param left     the normal where the vertex of a solid was in the last substep; may be null
 /// @return         whether there is one
 template <class Start>
 [[nodiscard]] PBDSURG_HOST_DEVICE bool find_near(const Start& start, Index place,
-                                                 const Index (&corners)[3], const Vec3<float>* left,
+                                                 const Index* corners, const Vec3<float>* left,
                                                  NearPoint& near) {
   // of cosines: beyond, it is on the other side of a thin wall
   constexpr float kOtherWall = -0.5F;
@@ -212,12 +206,12 @@ class PassedEdge {
   /// m, how far away the vertex would be after the substep.
   [[nodiscard]] PBDSURG_HOST_DEVICE float clear() const { return clear_; }
 
-  /// @param corners  of a triangle
+  /// @param corners  [3] of a triangle
   /// @param face     where the vertex is near its plane
   /// @param clear    m, as above, then
   /// @return         whether it may stand for the edge
   template <class Start>
-  [[nodiscard]] PBDSURG_HOST_DEVICE bool find_face(const Start& start, const Index (&corners)[3],
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool find_face(const Start& start, const Index* corners,
                                                    NearPoint& face, float& clear) const {
     constexpr float kRest = 0.9F;  // of the thickness, where surfaces lie on each other
     for (int k = 0; k < 3; ++k) {

@@ -17,9 +17,9 @@ namespace {
 
 using Vector = Vec3<float>;
 
-constexpr float kSlack = 2;  // thicknesses that surfaces may move between two searches
 // Candidates a vertex, of all and of one: with more, lists grow in a step.
 constexpr std::size_t kRoom = 8, kRoomOfOne = 256;
+
 // The search of one copy.
 class TouchSearch {
  public:
@@ -101,7 +101,7 @@ class TouchSearch {
         most_way_ = std::max(most_way_, std::min(start_.way(place), kTouchWay * start_.thickest()));
       });
     }
-    search.slack = most_way_ + kSlack * start_.thickest();
+    search.slack = most_way_ + kTouchSlack * start_.thickest();
     search.trees.resize(bodies.size());
     search.edge_trees.resize(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -142,7 +142,7 @@ class TouchSearch {
     for (const Index place : from.places) {
       const Vector x = start(place);
       visit_near(tree, {x, x}, reach, [&](Index t) {
-        const Index(&corners)[3] = corners_of(to, t);
+        const Index* const corners = corners_of(to, t);
         NearPoint near;
         if (find_near(start_, place, corners, nullptr, near) && near.distance < reach &&
             bodies_.rules().may_meet(place, corners, from.body == to.body,
@@ -158,16 +158,13 @@ class TouchSearch {
     return kDeepestTouch * pair.contact.thickness + 2 * touches_.search.slack;
   }
 
-  // m, how far apart what meets in this substep may be, by the fastest of all.
+  // m, in this substep, by the fastest of all.
   [[nodiscard]] float limit_of(const ContactPair& pair) const {
-    const float thickness = pair.contact.thickness;
-    return std::max(kTouchReach * thickness + 2 * std::min(most_way_, kTouchWay * thickness),
-                    kDeepestTouch * thickness);
+    return touch_limit(pair.contact.thickness, most_way_);
   }
 
-  using Corners = Index[3];
-  [[nodiscard]] static const Corners& corners_of(const ContactBodies::Body& body, Index triangle) {
-    return *reinterpret_cast<const Corners*>(body.triangles[triangle].data());
+  [[nodiscard]] static const Index* corners_of(const ContactBodies::Body& body, Index triangle) {
+    return body.triangles[triangle].data();
   }
 
   // m, what both bodies of a pair may have come nearer since the last search.

@@ -4,19 +4,16 @@
 /// @file
 /// What a copy knows of contacts between bodies, and how a host finds them.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
-#include "lib/solver/methods/edge_crossing.h"
-#include "lib/solver/methods/touch_meeting.h"
 #include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/tissue_touch.h"
+#include "lib/solver/state/touch_features.h"
 
 namespace pbdsurg {
 

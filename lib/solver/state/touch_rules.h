@@ -20,9 +20,9 @@ struct TouchRules {
   const Index* first_neighbors;   ///< [place + 1] of surfaces that meet themselves
   const Index* neighbors;         ///< places
 
-  /// @param corners  of a triangle, or of an edge or a link with its second end twice
+  /// @param corners  [3] of a triangle, or of an edge or a link with its second end twice
   /// @param near     m, at rest
-  [[nodiscard]] PBDSURG_HOST_DEVICE bool may_meet(Index place, const Index (&corners)[3],
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool may_meet(Index place, const Index* corners,
                                                   bool is_own_body, float near) const {
     if (is_joined[place] != 0 &&
         (is_joined[corners[0]] != 0 || is_joined[corners[1]] != 0 || is_joined[corners[2]] != 0)) {
@@ -42,8 +42,8 @@ struct TouchRules {
         return false;
       }
     }
-    for (const Index corner : corners) {
-      const Vec3<float> d = rest[corner] - rest[place];
+    for (int k = 0; k < 3; ++k) {
+      const Vec3<float> d = rest[corners[k]] - rest[place];
       if (!(dot(d, d) > near * near)) {
         return false;
       }
