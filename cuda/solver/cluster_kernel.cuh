@@ -19,6 +19,8 @@
 #include "pbdsurg/constraints/volume.h"
 
 #include "cuda/solver/cluster_memory.cuh"
+#include "cuda/solver/grip_points.cuh"
+#include "cuda/solver/grip_projection.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/surface_projection_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
@@ -410,9 +412,51 @@ __device__ __noinline__ void project_contacts_apart(const ClusterArrays& cluster
                                                                   parity);
 }
 
+/// After a sweep, what jaws do that hold with a limit: likewise.
+template <int kThreads>
+__device__ __noinline__ void project_grips_of_cluster(const ClusterArrays& cluster,
+                                                      const ClusterMemory& memory,
+                                                      const DeviceState& state, StepInput* input,
+                                                      Index substep, std::uint32_t parity) {
+  const std::uint32_t are_home = memory.surfaces, have_moved = memory.surfaces + 8;
+  if (threadIdx.x == 0) {
+    arrive(address_in(0, are_home));
+  }
+  if (block_of_cluster() == 0) {
+    const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
+    wait_for_cluster(are_home, parity);
+    for (Index g = 0; g < input->grip_count; ++g) {
+      const GripTables tables(input, substep, g);
+      const ClusterCorners corners(cluster, memory, tables.grip.corner_count);
+      const auto for_each_staged = [&](const auto& visit) {
+        for (Index c = static_cast<Index>(threadIdx.x);
+             corners.is_staged() && c < tables.grip.corner_count; c += kThreads) {
+          visit(corners.staged(c), corners.home(tables.corners[c].place));
+        }
+      };
+      for_each_staged(
+          [](std::uint32_t staged, std::uint32_t home) { store_shared(staged, load_there(home)); });
+      meet_all();
+      if (threadIdx.x < kWarp) {
+        GripProjection(state, input, tables, corners).run();
+      }
+      meet_all();
+      for_each_staged(
+          [](std::uint32_t staged, std::uint32_t home) { store_there(home, load_slot(staged)); });
+      meet_all();
+    }
+    if (threadIdx.x < cluster.block_count) {
+      arrive(address_in(threadIdx.x, have_moved));
+    }
+  }
+  wait_for_cluster(have_moved, parity);
+}
+
 /// @param kThreads  that project; one warp more fetches
-/// @param kTouches  whether bodies meet each other: without, kernels have no code for that
-template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads, bool kTouches>
+/// @param kExtraPhases  whether it has code for bodies that meet each other, and jaws that
+///                  hold with a limit
+template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads,
+          bool kExtraPhases>
 __global__ void __launch_bounds__(kThreads + kWarp, 1)
     sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
                      ClusterSweep sweep) {
@@ -496,7 +540,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
                                  tool_counts, held, touched);
   }
   const Index contacts = sweep.has_meeters ? contact_count(tools.surfaces) : 0;
-  [[maybe_unused]] const Index body_contacts = kTouches ? contact_count(tools.touches) : 0;
+  [[maybe_unused]] const Index body_contacts =
+      kExtraPhases && sweep.has_touches ? contact_count(tools.touches) : 0;
   [[maybe_unused]] std::uint32_t contact_phases = 0;
   const Substep<float> substep = input->substep;
   const std::uint32_t warp = thread / kWarp * kWarp;  // its first thread
@@ -574,10 +619,14 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     // Where nothing has to come, a barrier completes as soon as it is armed again, and whoever
     // still waited for the time before would wait for ever.
     meet(kProjectBarrier, kThreads);
-    if constexpr (kTouches) {
+    if constexpr (kExtraPhases) {
       if (body_contacts > 0) {  // before tools, so that nothing stays in those
         project_contacts_apart<kThreads, TouchArrays, MovingTouch, TissueTouch::kCorners>(
             cluster, memory, tools.touches, body_contacts, contact_phases++ % 2);
+      }
+      if (sweep.has_grips) {
+        project_grips_of_cluster<kThreads>(cluster, memory, state, input, sweep.substep,
+                                           contact_phases++ % 2);
       }
     }
     if (has_tools) {
@@ -606,7 +655,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
       meet(kProjectBarrier, kThreads);
     }
     if (contacts > 0) {
-      if constexpr (kTouches) {
+      if constexpr (kExtraPhases) {
         project_contacts_apart<kThreads, SurfaceArrays, MovingContact, 3>(
             cluster, memory, tools.surfaces, contacts, contact_phases++ % 2);
       } else {
@@ -622,7 +671,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
 
 #else
 
-template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads, bool kTouches>
+template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads,
+          bool kExtraPhases>
 __global__ void sweep_by_cluster(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep) {
   __trap();  // never launched: see prepare_cluster()
 }

@@ -27,9 +27,9 @@ ClusterKernel choose_cluster_kernel(ClusterTissue tissue) {
   return sweep_by_cluster<kMode, kDamped, ClusterTissue::springs, kThreads, false>;
 }
 
-/// Of bodies that meet each other, for any tissue.
+/// With extra phases, for any tissue.
 template <int kThreads>
-ClusterKernel choose_meeting_kernel(const ClusterKind& kind) {
+ClusterKernel choose_extra_kernel(const ClusterKind& kind) {
   constexpr auto kMode = ProjectionMode::compliance;
   constexpr auto kFraction = ProjectionMode::fraction;
   if (kind.mode == kFraction) {
@@ -41,8 +41,8 @@ ClusterKernel choose_meeting_kernel(const ClusterKind& kind) {
 
 template <int kThreads>
 ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
-  if (kind.has_touches) {
-    return choose_meeting_kernel<kThreads>(kind);
+  if (kind.has_extra_phases) {
+    return choose_extra_kernel<kThreads>(kind);
   }
   if (kind.mode == ProjectionMode::fraction) {
     return sweep_by_cluster<ProjectionMode::fraction, false, ClusterTissue::springs, kThreads,

@@ -104,10 +104,10 @@ class ClusterSweeps final : public Sweeps {
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
     ClusterKind kind = kind_;
-    kind.has_touches = arrays.has_touches;
+    kind.has_extra_phases = arrays.has_grips || arrays.has_touches;
     kernels_.sweep_cluster(kind, arrays_, arrays.state, arrays.tools, arrays.input,
                            {substep, arrays.sweep_count, arrays.has_attachments, arrays.has_pushers,
-                            arrays.has_meeters},
+                            arrays.has_meeters, arrays.has_grips, arrays.has_touches},
                            launch);
   }
 
@@ -151,14 +151,14 @@ class ClusterSweeps final : public Sweeps {
     return program_.has_value();
   }
 
-  // How many clusters run at a time, whether bodies meet, which may begin at any time, or not.
+  // How many clusters run at a time, with extra phases, which may begin at any time, or without.
   Index prepare(const ClusterSizes& sizes) {
     kind_.thread_count = sizes.thread_count;
-    ClusterKind meeting = kind_;
-    meeting.has_touches = true;
+    ClusterKind extra = kind_;
+    extra.has_extra_phases = true;
     const ClusterArrays arrays = arrays_of(sizes);
     return std::min(kernels_.prepare_cluster(kind_, arrays),
-                    kernels_.prepare_cluster(meeting, arrays));
+                    kernels_.prepare_cluster(extra, arrays));
   }
 
   void upload(Index copies, cudaStream_t stream) {

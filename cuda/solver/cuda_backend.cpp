@@ -241,7 +241,7 @@ class CudaBackend final : public Backend {
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
-    if (data.custom.empty() && !data.has_grips() &&
+    if (data.custom.empty() &&
         (wanted == DeviceStrategy::cluster ||
          (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages())))) {
       sweeps_ = make_cluster_sweeps(data);
@@ -310,9 +310,6 @@ class CudaBackend final : public Backend {
     }
     if ((strategy_ == DeviceStrategy::cluster || strategy_ == DeviceStrategy::cooperative) &&
         !data.custom.empty()) {  // which no kernel of all sweeps projects
-      is_planned_ = false;
-    }
-    if (strategy_ == DeviceStrategy::cluster && data.has_grips()) {  // likewise
       is_planned_ = false;
     }
     if (!is_planned_) {

@@ -9,6 +9,7 @@
 #include "cuda/solver/cooperative_kernels.cuh"
 #include "cuda/solver/counted_points.cuh"
 #include "cuda/solver/grip_points.cuh"
+#include "cuda/solver/grip_projection.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
@@ -20,6 +21,57 @@ namespace {
 
 constexpr int kGripThreads = 256;
 
+/// The corners of a grip, near at hand in one block.
+class StagedCorners {
+ public:
+  static constexpr Index kRoom = 1024;
+  struct Stage {
+    Particle particles[kRoom];
+  };
+
+  /// All threads of the block.
+  __device__ StagedCorners(const DeviceState& state, const GripTables& tables, Stage& stage)
+      : moving_(moving_of(state)),
+        tables_(tables),
+        stage_(tables.grip.corner_count <= kRoom ? &stage : nullptr) {
+    for_each_staged([&](Index place, Particle& p) { p = load_particle(moving_ + place); });
+  }
+
+  /// Puts them back where they lie.
+  __device__ void store_all() const {
+    for_each_staged([&](Index place, const Particle& p) {
+      store_particle(moving_ + place, position_of(p), p.w);
+    });
+  }
+
+  [[nodiscard]] __device__ Particle load(Index place, Index corner) const {
+    return stage_ != nullptr ? stage_->particles[corner] : load_particle(moving_ + place);
+  }
+  __device__ void store(Index place, Index corner, const Particle& p) const {
+    if (stage_ != nullptr) {
+      stage_->particles[corner] = p;
+    } else {
+      store_particle(moving_ + place, position_of(p), p.w);
+    }
+  }
+
+ private:
+  template <class Visit>
+  __device__ void for_each_staged(const Visit& visit) const {
+    if (stage_ == nullptr) {
+      return;
+    }
+    for (Index c = static_cast<Index>(threadIdx.x); c < tables_.grip.corner_count;
+         c += kGripThreads) {
+      visit(tables_.corners[c].place, stage_->particles[c]);
+    }
+  }
+
+  Particle* moving_;
+  const GripTables& tables_;
+  Stage* stage_;
+};
+
 /// One grip in a substep. All threads of a block call each of these, and meet in it.
 class GripPatch {
  public:
@@ -28,20 +80,16 @@ class GripPatch {
       : state_(state),
         input_(input),
         index_(index),
-        grip_(table<GripInput>(input, input->grips)[index]),
-        points_(table<GripPointInput>(input, input->grip_points) + grip_.first_point),
-        corners_(table<GripCornerInput>(input, input->grip_corners) + grip_.first_corner),
-        pose_((table<GripPose>(input, input->grip_poses) +
-               of_pusher(substep, input->grip_count))[index]),
-        count_(static_cast<float>(grip_.point_count)),
-        reach_(grip_.limit * grip_.compliance / count_) {}
+        tables_(input, substep, index),
+        grip_(tables_.grip),
+        reach_(grip_.limit * grip_.compliance / tables_.count) {}
 
   /// Puts targets where the tool is.
   /// @return  whether anchors slid in the substep before
   __device__ bool place() {
     const Vec3<float> slid = grip_.slide;
     for_each_point([&](GripPointInput& point) {
-      point.target = pose_.place(point.anchor);
+      point.target = tables_.pose.place(point.anchor);
       point.multiplier = {};
     });
     __syncthreads();  // all have read how far anchors slid
@@ -84,15 +132,15 @@ class GripPatch {
     for (Index first = 0; first < grip_.corner_count; first += kCorners) {
       const Index c = first + thread / kVertexParts;
       Answer own{};
-      if (c < grip_.corner_count && moves(corners_[c].place)) {
-        const Index place = corners_[c].place;
+      if (c < grip_.corner_count && moves(tables_.corners[c].place)) {
+        const Index place = tables_.corners[c].place;
         const Index block_lane = __ldg(vertices.lane_of_place + place);
         const WaitingLane access{state_.fixed_points,
                                  without_count(load_counted(state_.fixed_points + place)),
                                  block_lane % kBlockLanes};
         const VertexEnergy<float> energy =
             energy_of(state_, vertices, input_, block_lane / kBlockLanes, access, place, part);
-        own = {corners_[c].share * grip_.limit + dot(direction, energy.force),
+        own = {tables_.corners[c].share * grip_.limit + dot(direction, energy.force),
                dot(direction, energy * direction), true, is_held_elsewhere(tools, place)};
       }
       if (part == 0) {
@@ -116,7 +164,7 @@ class GripPatch {
       return;
     }
     for (Index c = thread; c < grip_.corner_count; c += kGripThreads) {
-      const Index place = corners_[c].place;
+      const Index place = tables_.corners[c].place;
       const Vec3<float> move = way * direction;
       if (moves(place) &&
           is_finite_way(position_of(load_particle(state_.displacements + place)) + move)) {
@@ -136,16 +184,16 @@ class GripPatch {
     __syncthreads();
   }
 
-  /// Of projections: draws points to their anchors, then takes off what is beyond the limit. One
-  /// point after another, for they share vertices.
+  /// Of projections: from corners near at hand, if there is room for all.
   __device__ void project() {
-    if (threadIdx.x == 0) {
-      const float alpha = grip_.compliance * input_->substep.inverse_dt_squared;
-      for (Index i = 0; i < grip_.point_count; ++i) {
-        draw(points_[i], alpha);
-      }
-      slide_points(alpha);
+    __shared__ SharedRoom<StagedCorners::Stage> room;
+    const StagedCorners corners(state_, tables_, room.get());
+    __syncthreads();
+    if (threadIdx.x < kWarp) {
+      GripProjection(state_, input_, tables_, corners).run();
     }
+    __syncthreads();
+    corners.store_all();
     __syncthreads();
   }
 
@@ -154,13 +202,13 @@ class GripPatch {
   __device__ void end(float scale) {
     const Vec3<float> sum =
         sum_of_points([&](const GripPointInput& point) { return scale * point.multiplier; });
-    const Vec3<float> slid = pose_.in_frame(grip_.slide);
+    const Vec3<float> slid = tables_.pose.in_frame(grip_.slide);
     for_each_point([&](GripPointInput& point) {
       point.force = point.force + scale * point.multiplier;
       point.anchor = point.anchor + slid;
     });
     if (threadIdx.x == 0) {
-      grip_.pull = grip_.pull + along_pad(pose_.normal, sum);
+      grip_.pull = grip_.pull + along_pad(tables_.pose.normal, sum);
       grip_.slid += length_of(grip_.slide);
     }
     __syncthreads();
@@ -170,7 +218,7 @@ class GripPatch {
   template <class Visit>
   __device__ void for_each_point(const Visit& visit) {
     for (Index i = static_cast<Index>(threadIdx.x); i < grip_.point_count; i += kGripThreads) {
-      visit(points_[i]);
+      visit(tables_.points[i]);
     }
   }
 
@@ -183,7 +231,7 @@ class GripPatch {
     float sum = 0;
     for (Index first = 0; first < grip_.point_count; first += kGripThreads) {
       if (first + thread < grip_.point_count) {
-        const Vec3<float> own = of(points_[first + thread]);
+        const Vec3<float> own = of(tables_.points[first + thread]);
         parts[0][thread] = own.x;
         parts[1][thread] = own.y;
         parts[2][thread] = own.z;
@@ -209,7 +257,7 @@ class GripPatch {
       const Vec3<float> way = way_to_jaws(state_, grip_, point) - grip_.slide;
       return is_finite_way(way) ? way : Vec3<float>{};
     });
-    return along_pad(pose_.normal, (1 / count_) * sum);
+    return along_pad(tables_.pose.normal, (1 / tables_.count) * sum);
   }
 
   [[nodiscard]] __device__ bool moves(Index place) const {
@@ -235,62 +283,11 @@ class GripPatch {
            holds_of(tools.touches, place).count > 0;
   }
 
-  /// Moves a corner, if it then is somewhere.
-  __device__ void go_on(Index place, float share, const Vec3<float>& push) const {
-    Particle* const particle = moving_of(state_) + place;
-    const Particle p = load_particle(particle);
-    const Vec3<float> after = position_of(p) + (share * p.w) * push;
-    if (is_finite_way(after)) {
-      store_particle(particle, after, p.w);
-    }
-  }
-
-  __device__ void draw(GripPointInput& point, float alpha) {
-    float yield = 0;
-    for_each_corner(point, [&](Index place, float weight) {
-      yield += weight * weight * load_particle(moving_of(state_) + place).w;
-    });
-    const Vec3<float> change =
-        draw_of(way_to_jaws(state_, grip_, point), point.multiplier, yield, alpha);
-    if (!is_finite_way(change)) {
-      return;
-    }
-    point.multiplier = point.multiplier + change;
-    for_each_corner(point, [&](Index place, float weight) { go_on(place, weight, change); });
-  }
-
-  __device__ void slide_points(float alpha) {
-    float yield = alpha / count_;  // 1/kg, of all points to one push on all
-    for (Index c = 0; c < grip_.corner_count; ++c) {
-      const auto [place, share] = corners_[c];
-      yield += share * share * load_particle(moving_of(state_) + place).w;
-    }
-    Vec3<float> pull;
-    for (Index i = 0; i < grip_.point_count; ++i) {
-      pull = pull + points_[i].multiplier;
-    }
-    const GripSlide next(along_pad(pose_.normal, pull), grip_.slide, yield,
-                         grip_.limit / input_->substep.inverse_dt_squared);
-    if (!next.moves()) {
-      return;
-    }
-    grip_.slide = next.slide;
-    for (Index i = 0; i < grip_.point_count; ++i) {
-      points_[i].multiplier = points_[i].multiplier + (1 / count_) * next.push;
-    }
-    for (Index c = 0; c < grip_.corner_count; ++c) {
-      go_on(corners_[c].place, corners_[c].share, next.push);
-    }
-  }
-
   const DeviceState& state_;
   StepInput* input_;
   Index index_;
+  GripTables tables_;
   GripInput& grip_;
-  GripPointInput* points_;
-  const GripCornerInput* corners_;
-  const GripPose& pose_;
-  float count_;
   float reach_;  // m, of the mean way at the limit
 };
 

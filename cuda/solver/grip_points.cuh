@@ -9,6 +9,24 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
+/// What a grip of a copy has in a substep.
+struct GripTables {
+  GripInput& grip;
+  GripPointInput* points;
+  const GripCornerInput* corners;
+  const GripPose& pose;
+  float count;  ///< of points
+
+  /// @param index  of the grip in its copy
+  __device__ GripTables(StepInput* input, Index substep, Index index)
+      : grip(table<GripInput>(input, input->grips)[index]),
+        points(table<GripPointInput>(input, input->grip_points) + grip.first_point),
+        corners(table<GripCornerInput>(input, input->grip_corners) + grip.first_corner),
+        pose((table<GripPose>(input, input->grip_poses) +
+              of_pusher(substep, input->grip_count))[index]),
+        count(static_cast<float>(grip.point_count)) {}
+};
+
 /// Calls visit(place, weight) for the vertices of a point.
 template <class Visit>
 __device__ inline void for_each_corner(const GripPointInput& point, const Visit& visit) {

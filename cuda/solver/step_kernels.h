@@ -82,8 +82,8 @@ struct ClusterKind {
   ProjectionMode mode;
   bool is_damped;
   ClusterTissue tissue;
-  Index thread_count;  ///< of a block, that project: kFewClusterThreads or kManyClusterThreads
-  bool has_touches;    ///< whether bodies meet each other
+  Index thread_count;     ///< of a block, that project: kFewClusterThreads or kManyClusterThreads
+  bool has_extra_phases;  ///< whether bodies meet each other, or jaws hold with a limit
 };
 
 struct StepKernels {

@@ -285,13 +285,17 @@ void ToolBuffers::write_grips(const SolverData& data, const CopyState& copy, con
     for (const GripPoint& from : grip.points) {
       GripPointInput& point = points[point_count++];
       point = {{kInvalidIndex, kInvalidIndex, kInvalidIndex},
+               {kInvalidIndex, kInvalidIndex, kInvalidIndex},
                {from.at.weights[0], from.at.weights[1], from.at.weights[2]},
                load(from.anchor),
                {},
                {},
                load(from.force)};
       for (int k = 0; k < corner_count(from.at); ++k) {
-        point.places[k] = data.place_of_vertex[from.at.vertices[k]];
+        const Index vertex = from.at.vertices[k];
+        const auto corner = std::ranges::lower_bound(grip.corners, vertex, {}, &GripCorner::vertex);
+        point.places[k] = data.place_of_vertex[vertex];
+        point.corners[k] = static_cast<Index>(corner - grip.corners.begin());
       }
     }
     for (const GripCorner& corner : grip.corners) {

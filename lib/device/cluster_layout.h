@@ -131,6 +131,9 @@ struct ClusterSweep {
   bool has_attachments;
   bool has_pushers;
   bool has_meeters;
+  // extra phases
+  bool has_grips;
+  bool has_touches;
 };
 
 /// Bytes from the start of a block's shared memory.

@@ -535,7 +535,8 @@ struct alignas(16) GripInput {
 
 /// A point that they hold: see GripPoint. Likewise.
 struct alignas(16) GripPointInput {
-  Index places[3];  ///< kInvalidIndex behind its vertices
+  Index places[3];   ///< kInvalidIndex behind its vertices
+  Index corners[3];  ///< these among the corners of the grip
   float weights[3];
   Vec3<float> anchor, target;  ///< m
   Vec3<float> multiplier;      ///< kg m
