@@ -7,6 +7,7 @@
 #include "cuda/solver/cluster_launch.cuh"
 #include "cuda/solver/coarse_kernels.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
+#include "cuda/solver/eased_piece_kernels.cuh"
 #include "cuda/solver/explicit_kernels.cuh"
 #include "cuda/solver/filling_kernels.cuh"
 #include "cuda/solver/grip_kernels.cuh"

@@ -235,6 +235,25 @@ TEST_CASE("cuda bodies: free blocks that lie on each other have the serial bits"
   }
 }
 
+// Would catch more contacts than a block of a kernel has threads for, of which each is gone through
+// where it lies.
+TEST_CASE("cuda bodies: hundreds of contacts have the serial bits", "[device]") {
+  const SolverOptions options = implicit_options();
+  CAPTURE(static_cast<int>(options.method), static_cast<int>(options.integration));
+  constexpr double kTableEdge = 2e-3, kUpperEdge = 1.9e-3;
+  Scene scene;
+  scene.set_gravity({0, 0, -30});
+  scene.fix_where(
+      scene.add_body("table", placed_box({18, 18, 1}, kTableEdge, at({0, 0, 0})), kSoft),
+      [](const Vector3d& x) { return x.z() < 1e-9; });
+  scene.add_body("plate",
+                 placed_box({18, 18, 1}, kUpperEdge, at({0.8e-3, 0.7e-3, kTableEdge + 0.4e-3})),
+                 kSoft);
+  StrictPair pair(scene, options, DeviceStrategy::automatic);
+  meet(pair);
+  CHECK(step(pair, 6) > 512);
+}
+
 // Would catch neighbours that meet, and parts of a body that pass through each other.
 TEST_CASE("cuda bodies: a body that meets itself has the serial bits", "[device]") {
   const SolverOptions options = implicit_options();

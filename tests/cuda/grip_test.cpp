@@ -9,6 +9,7 @@
 #include "tests/cuda/strict_pair.h"
 #include "tests/support/catch.h"
 #include "tests/support/held_slab.h"
+#include "tests/support/meshes.h"
 #include "tests/support/solver_cases.h"
 
 namespace pbdsurg {
@@ -87,7 +88,8 @@ TEST_CASE("cuda grip: what slips and tears has the serial bits", "[device]") {
 // Would catch copies that hold with each other's jaws, and sweeps by launches that differ.
 TEST_CASE("cuda grip: copies and strategies have the serial bits", "[device]") {
   const SolverMethod method = any_sweeping_method();
-  const auto strategy = GENERATE(DeviceStrategy::graph, DeviceStrategy::stream);
+  const auto strategy =
+      GENERATE(DeviceStrategy::graph, DeviceStrategy::stream, DeviceStrategy::automatic);
   const HeldSlab slab;
   StrictPair pair(slab.scene, {.method = method, .copies = 2}, strategy);
   ToolId tool{};
@@ -110,6 +112,46 @@ TEST_CASE("cuda grip: copies and strategies have the serial bits", "[device]") {
   }
   CHECK(pair.serial.tool_grip(tool, 0).state == GripState::slipping);
   CHECK(pair.serial.tool_grip(tool, 1).state == GripState::holding);
+}
+
+// Would catch points that a device draws in another order where a warp has no thread for each, and
+// corners that it loses where there is no room for them near at hand.
+TEST_CASE("cuda grip: a thousand points have the serial bits", "[device]") {
+  const auto strategy = GENERATE(DeviceStrategy::graph, DeviceStrategy::automatic);
+  constexpr int kCells = 10;  // 1,331 vertices
+  constexpr double kEdge = 3e-3;
+  Scene scene;
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  const BodyId block =
+      scene.add_body("block", testing::make_box({kCells, kCells, kCells}, kEdge, 0.1), damped());
+  scene.fix_where(block, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  // within what a block of a cluster has room for, and beyond
+  const int layers = GENERATE(4, kCells);
+  StrictPair pair(scene, {.method = SolverMethod::projection}, strategy);
+  ToolId tool{};
+  const Eigen::Vector3f middle = Eigen::Vector3f::Constant(0.5F * kCells * float{kEdge});
+  pair.both([&](Solver& solver) {
+    tool = solver.add_tool({}, at(middle));
+    std::vector<TissuePoint> points;
+    for (Index v = 0; v < scene.vertex_count(); ++v) {
+      if (scene.positions()[v].z() > (kCells + 0.5 - layers) * kEdge) {
+        points.push_back({{v, kInvalidIndex, kInvalidIndex}, {1, 0, 0}});
+      }
+    }
+    Grip grip;
+    grip.pad.half_length = grip.pad.half_width = 0.03F;
+    grip.friction = 0.5F;
+    grip.clamp_force = 0.2F;
+    solver.grasp(tool, points, grip);
+  });
+  for (int i = 1; i <= 10; ++i) {
+    pair.both([&](Solver& solver) {
+      solver.move_tool(tool, at(middle + Eigen::Vector3f(0.2e-3F * static_cast<float>(i), 0, 0)));
+    });
+    pair.step_and_compare(kUsualStep);
+    check_same_grip(pair, tool);
+  }
+  CHECK(pair.serial.tool_grip(tool).slid > 0);
 }
 
 // Would catch points of edges and faces that jaws find otherwise, jaws that go on pushing, and
