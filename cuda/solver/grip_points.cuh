@@ -23,7 +23,7 @@ struct GripTables {
         points(table<GripPointInput>(input, input->grip_points) + grip.first_point),
         corners(table<GripCornerInput>(input, input->grip_corners) + grip.first_corner),
         pose((table<GripPose>(input, input->grip_poses) +
-              of_pusher(substep, input->grip_count))[index]),
+              row_at(substep, input->grip_count))[index]),
         count(static_cast<float>(grip.point_count)) {}
 };
 

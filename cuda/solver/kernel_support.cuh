@@ -77,6 +77,11 @@ __device__ inline DeviceState of_copy(DeviceState state) {
   return state;
 }
 
+/// Where a row of an array begins: of a tool, or of a substep.
+__device__ inline std::size_t row_at(Index row, Index stride) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(stride);
+}
+
 /// Reads what no kernel of the step writes, in 16-byte words.
 template <class Record>
 __device__ Record load_constant(const Record* record) {

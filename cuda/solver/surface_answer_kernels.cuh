@@ -146,7 +146,7 @@ __global__ void __launch_bounds__(kToolThreads)
   }
   for (Index m = thread_index(); m < input->meeter_count; m += thread_count()) {
     const MeeterInput& meeter =
-        (table<MeeterInput>(input, input->meeters) + of_pusher(substep, input->meeter_count))[m];
+        (table<MeeterInput>(input, input->meeters) + row_at(substep, input->meeter_count))[m];
     ToolSpring& spring = surfaces.springs[m];
     if (meeter.compliance > 0) {
       end_spring(meeter.stride, meeter.way, input->h, spring);

@@ -30,7 +30,7 @@ __device__ __noinline__ void find_first(const DeviceState& state, const SurfaceA
                                         Index vertices, float inverse_dt_squared, bool remembers) {
   using Scan = cub::BlockScan<Index, kListThreads>;
   __shared__ typename Scan::TempStorage storage;
-  DeviceContact* const all = surfaces.found + of_pusher(m, surfaces.tool_room);
+  DeviceContact* const all = surfaces.found + row_at(m, surfaces.tool_room);
   Index count = 0;
   for (Index first = 0; first < surfaces.candidate_room && count < capacity;
        first += kListThreads) {

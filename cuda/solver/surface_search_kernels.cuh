@@ -165,7 +165,7 @@ __device__ inline const RememberedContact* find_remembered(const RememberedConta
 
 /// Of all meeters in a substep, of this copy.
 __device__ inline const SweptCapsule* swept_capsules(StepInput* input, Index substep) {
-  return table<SweptCapsule>(input, input->swept) + of_pusher(substep, input->swept_count);
+  return table<SweptCapsule>(input, input->swept) + row_at(substep, input->swept_count);
 }
 
 /// The tables of a substep, of this copy.
@@ -178,11 +178,10 @@ struct Meeters {
   bool is_first;                        ///< the substep, of a part of a step
 
   __device__ Meeters(const SurfaceArrays& surfaces, StepInput* input, Index substep)
-      : meeters(table<MeeterInput>(input, input->meeters) +
-                of_pusher(substep, input->meeter_count)),
+      : meeters(table<MeeterInput>(input, input->meeters) + row_at(substep, input->meeter_count)),
         swept(swept_capsules(input, substep)),
         half_spaces(table<SweptHalfSpace>(input, input->half_spaces) +
-                    of_pusher(substep, input->half_space_count)),
+                    row_at(substep, input->half_space_count)),
         remembered(substep == 0 ? table<RememberedContact>(input, input->remembered)
                                 : surfaces.remembered),
         remembered_ends(substep == 0 ? nullptr : surfaces.remembered_ends),
@@ -394,7 +393,7 @@ __global__ void __launch_bounds__(kSearchThreads)
                      input->substep.inverse_dt_squared, remembers, found)) {
       const Index slot = atomicAdd(surfaces.met_counts + m, 1);
       if (slot < surfaces.tool_room) {
-        surfaces.found[of_pusher(m, surfaces.tool_room) + static_cast<std::size_t>(slot)] = found;
+        surfaces.found[row_at(m, surfaces.tool_room) + static_cast<std::size_t>(slot)] = found;
       }
     }
   });

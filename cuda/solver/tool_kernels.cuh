@@ -20,10 +20,6 @@ constexpr int kToolThreads = 256;
 constexpr int kHeldBlocks = 16;  // whatever the number of vertices held, which may change
 constexpr int kForceBlocks = 8;  // tools at a time, likewise; of all copies together, if they can
 
-__device__ inline std::size_t of_pusher(Index pusher, Index stride) {
-  return static_cast<std::size_t>(pusher) * static_cast<std::size_t>(stride);
-}
-
 __device__ inline ToolArrays of_copy(ToolArrays tools, Index place_room) {
   const std::size_t pushers = copy_index() * static_cast<std::size_t>(tools.pusher_room);
   tools.touched += pushers * static_cast<std::size_t>(tools.word_count);
@@ -50,8 +46,8 @@ __device__ void keep_contacts(const ToolArrays& tools, StepInput* input) {
   Index all = 0;
   Index dropped = 0;
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
-    std::uint32_t* const touched = tools.touched + of_pusher(pusher, tools.word_count);
-    Index* const places = tools.contact_places + of_pusher(pusher, tools.contact_room);
+    std::uint32_t* const touched = tools.touched + row_at(pusher, tools.word_count);
+    Index* const places = tools.contact_places + row_at(pusher, tools.contact_room);
     Index found = 0;
     for (Index first = 0; first < tools.word_count; first += kToolThreads) {
       const Index word = first + static_cast<Index>(threadIdx.x);
@@ -98,9 +94,9 @@ __global__ void __launch_bounds__(kToolThreads)
   const Particle p = is_vertex ? load_particle(moving_of(state) + place) : Particle{0, 0, 0, 0};
   const Vec3<float> x = is_vertex ? base_of(state, place) + position_of(p) : Vec3<float>{};
   const PusherInput* const pushers =
-      table<PusherInput>(input, input->pushers) + of_pusher(substep, input->pusher_count);
+      table<PusherInput>(input, input->pushers) + row_at(substep, input->pusher_count);
   const PlacedCapsule* const capsules =
-      table<PlacedCapsule>(input, input->capsules) + of_pusher(substep, input->capsule_count);
+      table<PlacedCapsule>(input, input->capsules) + row_at(substep, input->capsule_count);
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
     ContactSearch search;
     if (p.w > 0 && pushers[pusher].box.contains(x)) {
@@ -111,7 +107,7 @@ __global__ void __launch_bounds__(kToolThreads)
       }
     }
     if (search.has_contact()) {
-      const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
+      const std::size_t slot = row_at(pusher, state.capacity) + static_cast<std::size_t>(place);
       tools.planes[slot] = search.plane;
       tools.contact_multipliers[slot] = 0;
       const auto& [normal, offset] = search.plane;
@@ -119,7 +115,7 @@ __global__ void __launch_bounds__(kToolThreads)
     }
     const std::uint32_t bits = __ballot_sync(~0U, search.has_contact());
     if (threadIdx.x % kWarp == 0 && place < state.capacity) {  // none where there is but room
-      tools.touched[of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp)] =
+      tools.touched[row_at(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp)] =
           bits;
     }
   }
@@ -142,8 +138,8 @@ void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput*
 __device__ inline Particle pull(const ToolArrays& tools, StepInput* input, Index substep,
                                 bool is_first, Index h, const Particle& p,
                                 const Vec3<float>& base) {
-  const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
-                                             of_pusher(substep, input->attachment_count);
+  const AttachmentInput* const attachments =
+      table<AttachmentInput>(input, input->attachments) + row_at(substep, input->attachment_count);
   const Index* const order = table<Index>(input, input->held_order);
   const HeldInput vertex = load_constant(table<HeldInput>(input, input->held) + h);
   Vec3<float> x = position_of(p);
@@ -185,7 +181,7 @@ void project_attachments(const DeviceState& state, const ToolArrays& tools, Step
 
 __device__ inline bool touches(const ToolArrays& tools, Index pusher, Index place) {
   const std::size_t word =
-      of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp);
+      row_at(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp);
   return (__ldcg(tools.touched + word) >> (place % kWarp) & 1U) != 0;
 }
 
@@ -196,7 +192,7 @@ __device__ inline Particle push(const ToolArrays& tools, const StepInput* input,
     if (!touches(tools, pusher, place)) {
       continue;
     }
-    const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
+    const std::size_t slot = row_at(pusher, place_room) + static_cast<std::size_t>(place);
     const CapsulePlane plane = tools.planes[slot];
     Vec3<float> x = position_of(p);
     ContactConstraint::project(x, p.w, plane.normal, plane.offset - dot(plane.normal, base),
@@ -281,7 +277,7 @@ __device__ void feel(Wrench& wrench, const Vec3<float>& origin, Index count, con
 __device__ inline Vec3<float> origin_of(StepInput* input, Index substep, Index tool,
                                         const SurfaceArrays& surfaces, Index meeter) {
   const Vec3<float> origin =
-      (table<Vec3<float>>(input, input->origins) + of_pusher(substep, input->tool_count))[tool];
+      (table<Vec3<float>>(input, input->origins) + row_at(substep, input->tool_count))[tool];
   return meeter == kInvalidIndex ? origin : origin + surfaces.springs[meeter].displacement;
 }
 
@@ -300,10 +296,9 @@ __global__ void __launch_bounds__(kToolThreads)
     const Vec3<float> origin = origin_of(input, substep, t, surfaces, tool.meeter);
     if (tool.pusher != kInvalidIndex) {
       const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
-        const Index place = tools.contact_places[of_pusher(tool.pusher, tools.contact_room) +
+        const Index place = tools.contact_places[row_at(tool.pusher, tools.contact_room) +
                                                  static_cast<std::size_t>(i)];
-        const std::size_t slot =
-            of_pusher(tool.pusher, place_room) + static_cast<std::size_t>(place);
+        const std::size_t slot = row_at(tool.pusher, place_room) + static_cast<std::size_t>(place);
         force = (scale * tools.contact_multipliers[slot]) * tools.planes[slot].normal;
         point = tools.contact_points[slot];
       };
@@ -327,7 +322,7 @@ __global__ void __launch_bounds__(kToolThreads)
       feel<kToolThreads>(wrench, origin, grip.point_count, at);
     } else {
       const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
-                                                 of_pusher(substep, input->attachment_count) +
+                                                 row_at(substep, input->attachment_count) +
                                                  tool.first_attachment;
       const auto at = [&](Index i, Vec3<float>& force, Vec3<float>& point) {
         force = scale * tools.attachment_multipliers[tool.first_attachment + i];
@@ -363,11 +358,11 @@ __global__ void __launch_bounds__(kToolThreads)
   tools = of_copy(tools, state.capacity);
   input += copy_index();
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
-    const Index* const places = tools.contact_places + of_pusher(pusher, tools.contact_room);
+    const Index* const places = tools.contact_places + row_at(pusher, tools.contact_room);
     const Index count = tools.contact_counts[pusher];
     for (Index i = static_cast<Index>(threadIdx.x); i < count; i += kToolThreads) {
       const Index place = places[i];
-      const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
+      const std::size_t slot = row_at(pusher, state.capacity) + static_cast<std::size_t>(place);
       if (tools.contact_multipliers[slot] > 0) {
         ease_vertex(state, place, tools.planes[slot].normal, input->inverse_h);
       }

@@ -211,7 +211,7 @@ class TouchedPieces {
       is_any |= piece_at(held[h].place) == piece;
     }
     for (Index pusher = 0; pusher < input_->pusher_count; ++pusher) {
-      const Index* const places = tools_.contact_places + of_pusher(pusher, tools_.contact_room);
+      const Index* const places = tools_.contact_places + row_at(pusher, tools_.contact_room);
       for (Index i = thread(); i < tools_.contact_counts[pusher]; i += kMomentumSums) {
         is_any |= piece_at(places[i]) == piece;
       }

@@ -242,7 +242,7 @@ struct HeldVertex {
       return;
     }
     const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
-                                               of_pusher(substep, input->attachment_count);
+                                               row_at(substep, input->attachment_count);
     const Index* const order = table<Index>(input, input->held_order);
     const HeldInput held = load_constant(table<HeldInput>(input, input->held) + hold);
     for (Index i = held.first + held.count; i-- > held.first;) {
@@ -261,8 +261,7 @@ struct HeldVertex {
   __device__ void for_each_contact(const Visit& visit) const {
     for (Index pusher = input->pusher_count; pusher-- > 0;) {
       if (touches(tools, pusher, place)) {
-        const std::size_t slot =
-            of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
+        const std::size_t slot = row_at(pusher, state.capacity) + static_cast<std::size_t>(place);
         visit(Touch{tools.planes[slot], position, tools.contact_multipliers + slot});
       }
     }
