@@ -28,116 +28,100 @@ class GripProjection {
 
   /// All threads of a warp.
   __device__ void run() const {
-    Vec3<float> pull;
-    for (Index first = 0; first < tables_.grip.point_count; first += kWarp) {
-      draw_points(first, pull);
-    }
-    slide_points(pull);
-  }
-
- private:
-  /// A point, while it is drawn.
-  struct DrawnPoint {
-    GripPointInput own;
-    Vec3<float> bases[3];
-  };
-
-  [[nodiscard]] __device__ static Index lane() { return static_cast<Index>(threadIdx.x) % kWarp; }
-
-  /// Adds what each of some threads has to a sum, in their order.
-  __device__ static void add_up(Vec3<float>& sum, const Vec3<float>& own, Index count) {
-    for (Index turn = 0; turn < count; ++turn) {
-      sum = sum + Vec3<float>{__shfl_sync(~0U, own.x, turn), __shfl_sync(~0U, own.y, turn),
-                              __shfl_sync(~0U, own.z, turn)};
-    }
-  }
-
-  /// Each thread has one, and they take turns.
-  /// @param pull  of all so far
-  __device__ void draw_points(Index first, Vec3<float>& pull) const {
-    const Index left = tables_.grip.point_count - first;
-    const Index count = left < kWarp ? left : kWarp;
-    GripPointInput* const point = tables_.points + first + (lane() < count ? lane() : 0);
-    DrawnPoint drawn{*point, {}};
-    for (int k = 0; k < 3 && drawn.own.places[k] != kInvalidIndex; ++k) {
-      drawn.bases[k] = base_of(state_, drawn.own.places[k]);
-    }
-    for (Index turn = 0; turn < count; ++turn) {
-      if (lane() == turn) {
-        draw(drawn);
-        point->multiplier = drawn.own.multiplier;
+    Vec3<float> pull;     // of all points
+    float stiffness = 0;  // likewise
+    for_each_point([&](DrawnPoint& point, Index count) {
+      take_turns(count, [&] {
+        push(point, draw_of(way_to_jaws(point), point.own.multiplier, point.yield, alpha_));
+      });
+      for (Index turn = 0; turn < count; ++turn) {
+        stiffness += __shfl_sync(~0U, 1 / point.yield, turn);
+        pull = pull + Vec3<float>{__shfl_sync(~0U, point.own.multiplier.x, turn),
+                                  __shfl_sync(~0U, point.own.multiplier.y, turn),
+                                  __shfl_sync(~0U, point.own.multiplier.z, turn)};
       }
-      __syncwarp();
-    }
-    add_up(pull, drawn.own.multiplier, count);
-  }
-
-  __device__ void draw(DrawnPoint& drawn) const {
-    GripPointInput& point = drawn.own;
-    Particle particles[3];
-    float yield = 0;
-    Vec3<float> from_base = point.target + slid_, displacement;
-    for (int k = 0; k < 3 && point.places[k] != kInvalidIndex; ++k) {
-      const float weight = point.weights[k];
-      particles[k] = corners_.load(point.places[k], point.corners[k]);
-      yield += weight * weight * particles[k].w;
-      from_base = from_base - weight * drawn.bases[k];
-      displacement = displacement + weight * position_of(particles[k]);
-    }
-    const Vec3<float> change = draw_of(from_base - displacement, point.multiplier, yield, alpha_);
-    if (!is_finite_way(change)) {
-      return;
-    }
-    point.multiplier = point.multiplier + change;
-    for (int k = 0; k < 3 && point.places[k] != kInvalidIndex; ++k) {
-      go_on(point.places[k], point.corners[k], particles[k], point.weights[k], change);
-    }
-  }
-
-  /// Moves a corner, if it then is somewhere.
-  __device__ void go_on(Index place, Index corner, const Particle& p, float share,
-                        const Vec3<float>& push) const {
-    const Vec3<float> after = position_of(p) + (share * p.w) * push;
-    if (is_finite_way(after)) {
-      corners_.store(place, corner, {after.x, after.y, after.z, p.w});
-    }
-  }
-
-  /// @param pull  of all points
-  __device__ void slide_points(const Vec3<float>& pull) const {
-    const GripSlide next(along_pad(tables_.pose.normal, pull), slid_, find_yield(), limit_);
+    });
+    const GripSlide next(along_pad(tables_.pose.normal, pull), slid_, stiffness, limit_);
     if (!next.moves()) {
       return;
     }
     if (lane() == 0) {
       tables_.grip.slide = next.slide;
     }
-    for (Index i = lane(); i < tables_.grip.point_count; i += kWarp) {
-      Vec3<float>& multiplier = tables_.points[i].multiplier;
-      multiplier = multiplier + (1 / tables_.count) * next.push;
-    }
-    for (Index c = lane(); c < tables_.grip.corner_count; c += kWarp) {
-      const auto [place, share] = tables_.corners[c];
-      go_on(place, c, corners_.load(place, c), share, next.push);
-    }
-    __syncwarp();
+    for_each_point([&](DrawnPoint& point, Index count) {
+      take_turns(count, [&] { push(point, (1 / point.yield) * next.way); });
+    });
   }
 
-  /// 1/kg, of all points to one push on all: in the order of corners.
-  [[nodiscard]] __device__ float find_yield() const {
-    float yield = alpha_ / tables_.count;
-    for (Index first = 0; first < tables_.grip.corner_count; first += kWarp) {
-      const Index left = tables_.grip.corner_count - first;
-      float own = 0;
-      if (lane() < left) {
-        const auto [place, share] = tables_.corners[first + lane()];
-        own = share * share * corners_.load(place, first + lane()).w;
+ private:
+  /// A point, near at hand.
+  struct DrawnPoint {
+    GripPointInput own;
+    Vec3<float> bases[3];
+    float yield;  ///< 1/kg, to what draws it
+  };
+
+  [[nodiscard]] __device__ static Index lane() { return static_cast<Index>(threadIdx.x) % kWarp; }
+
+  /// Calls visit(point, count), of as many points as there are threads, until all had their turn.
+  template <class Visit>
+  __device__ void for_each_point(const Visit& visit) const {
+    for (Index first = 0; first < tables_.grip.point_count; first += kWarp) {
+      const Index left = tables_.grip.point_count - first;
+      const Index count = left < kWarp ? left : kWarp;
+      GripPointInput& stored = tables_.points[first + (lane() < count ? lane() : 0)];
+      DrawnPoint point{stored, {}, 0};
+      for (int k = 0; k < 3 && point.own.places[k] != kInvalidIndex; ++k) {
+        const Index place = point.own.places[k];
+        const float weight = point.own.weights[k];
+        point.bases[k] = base_of(state_, place);
+        point.yield += weight * weight * corners_.load(place, point.own.corners[k]).w;
       }
-      for (Index turn = 0; turn < left && turn < kWarp; ++turn) {
-        yield += __shfl_sync(~0U, own, turn);
+      point.yield += alpha_;
+      visit(point, count);
+      if (lane() < count) {
+        stored.multiplier = point.own.multiplier;
+      }
+      __syncwarp();
+    }
+  }
+
+  /// One thread after another.
+  template <class Visit>
+  __device__ static void take_turns(Index count, const Visit& visit) {
+    for (Index turn = 0; turn < count; ++turn) {
+      if (lane() == turn) {
+        visit();
+      }
+      __syncwarp();
+    }
+  }
+
+  /// m, from where a point is now to where jaws want it.
+  [[nodiscard]] __device__ Vec3<float> way_to_jaws(const DrawnPoint& point) const {
+    Vec3<float> from_base = point.own.target + slid_, displacement;
+    for (int k = 0; k < 3 && point.own.places[k] != kInvalidIndex; ++k) {
+      const float weight = point.own.weights[k];
+      from_base = from_base - weight * point.bases[k];
+      displacement = displacement +
+                     weight * position_of(corners_.load(point.own.places[k], point.own.corners[k]));
+    }
+    return from_base - displacement;
+  }
+
+  /// Corners go where they are somewhere.
+  __device__ void push(DrawnPoint& point, const Vec3<float>& change) const {
+    if (!is_finite_way(change)) {
+      return;
+    }
+    point.own.multiplier = point.own.multiplier + change;
+    for (int k = 0; k < 3 && point.own.places[k] != kInvalidIndex; ++k) {
+      const Particle p = corners_.load(point.own.places[k], point.own.corners[k]);
+      const Vec3<float> after = position_of(p) + (point.own.weights[k] * p.w) * change;
+      if (is_finite_way(after)) {
+        corners_.store(point.own.places[k], point.own.corners[k], {after.x, after.y, after.z, p.w});
       }
     }
-    return yield;
   }
 
   const DeviceState& state_;

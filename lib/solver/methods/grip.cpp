@@ -21,14 +21,14 @@ Vector along_pad(const ToolGrip& grip, const Vector& v) {
 }
 
 // Draws points to their anchors by the masses of their vertices, then takes off what of the pull is
-// beyond the limit: evenly from all points, while anchors go as far as points do.
+// beyond the limit: from each point as much as it feels of anchors that slide, so that all are
+// where they would be drawn to. Those of fixed vertices feel most.
 class Projection {
  public:
   Projection(const StepContext& step, ToolGrip& grip, const Substep<float>& lengths)
       : step_(step),
         grip_(grip),
         vertices_(moving_vertices(step)),
-        count_(static_cast<float>(grip.points.size())),
         alpha_(compliance_of(step.copy, grip) * lengths.inverse_dt_squared),
         limit_(limit_of(step.copy, grip) / lengths.inverse_dt_squared) {}
 
@@ -42,18 +42,26 @@ class Projection {
  private:
   [[nodiscard]] Index place_of(Index vertex) const { return step_.data.place_of_vertex[vertex]; }
 
-  void draw(GripPoint& point) {
+  // 1/kg, to what draws it.
+  [[nodiscard]] float yield_of(const GripPoint& point) const {
     float yield = 0;
     for (int k = 0; k < corner_count(point.at); ++k) {
       const float weight = point.at.weights[k];
       yield += weight * weight * vertices_.moving[place_of(point.at.vertices[k])].w;
     }
-    const Vector before = load(point.multiplier);
-    const Vector change = draw_of(way_to_jaws(step_, grip_, point), before, yield, alpha_);
+    return yield + alpha_;
+  }
+
+  void draw(GripPoint& point) {
+    push(point, draw_of(way_to_jaws(step_, grip_, point), load(point.multiplier), yield_of(point),
+                        alpha_));
+  }
+
+  void push(GripPoint& point, const Vector& change) {
     if (!is_finite_way(change)) {
       return;
     }
-    point.multiplier = vector_of(before + change);
+    point.multiplier = vector_of(load(point.multiplier) + change);
     for (int k = 0; k < corner_count(point.at); ++k) {
       const Index place = place_of(point.at.vertices[k]);
       go_on(step_, vertices_, place, (point.at.weights[k] * vertices_.moving[place].w) * change);
@@ -61,32 +69,25 @@ class Projection {
   }
 
   void slide() {
-    float yield = alpha_ / count_;  // 1/kg, of all points to one push on all
-    for (const GripCorner& corner : grip_.corners) {
-      yield += corner.share * corner.share * vertices_.moving[place_of(corner.vertex)].w;
-    }
+    float stiffness = 0;  // kg
     Vector pull;
     for (const GripPoint& point : grip_.points) {
+      stiffness += 1 / yield_of(point);
       pull = pull + load(point.multiplier);
     }
-    const GripSlide next(along_pad(grip_, pull), load(grip_.slide), yield, limit_);
+    const GripSlide next(along_pad(grip_, pull), load(grip_.slide), stiffness, limit_);
     if (!next.moves()) {
       return;
     }
     grip_.slide = vector_of(next.slide);
     for (GripPoint& point : grip_.points) {
-      point.multiplier += vector_of((1 / count_) * next.push);
-    }
-    for (const GripCorner& corner : grip_.corners) {
-      const Index place = place_of(corner.vertex);
-      go_on(step_, vertices_, place, (corner.share * vertices_.moving[place].w) * next.push);
+      push(point, (1 / yield_of(point)) * next.way);
     }
   }
 
   const StepContext& step_;
   ToolGrip& grip_;
   MovingVertices vertices_;
-  float count_;
   float alpha_;  // 1/kg
   float limit_;  // kg m
 };

@@ -55,31 +55,31 @@ PBDSURG_HOST_DEVICE inline Vec3<float> slide_within(const Vec3<float>& mean, flo
 /// What draws a point in a sweep of projections, kg m.
 /// @param way     m, to where jaws want it
 /// @param before  kg m, what has drawn it
-/// @param yield   1/kg, sum(weights^2 * inverse masses)
+/// @param yield   1/kg, sum(weights^2 * inverse masses) + alpha
 /// @param alpha   1/kg, compliance over the square of the substep
 PBDSURG_HOST_DEVICE inline Vec3<float> draw_of(const Vec3<float>& way, const Vec3<float>& before,
                                                float yield, float alpha) {
-  return (1 / (yield + alpha)) * (way - alpha * before);
+  return (1 / yield) * (way - alpha * before);
 }
 
-/// How far anchors slide after that, and what it pushes all points with.
+/// How far anchors slide after that.
 struct GripSlide {
   Vec3<float> slide;  ///< m
-  Vec3<float> push;   ///< kg m; nothing where it is not finite
+  Vec3<float> way;    ///< m, from how far they had slid; nothing where it is not finite
 
-  /// @param pull   kg m, of all points along the pad
-  /// @param slid   m, so far
-  /// @param yield  1/kg, of all points to one push on all
-  /// @param limit  kg m
-  PBDSURG_HOST_DEVICE GripSlide(const Vec3<float>& pull, const Vec3<float>& slid, float yield,
+  /// @param pull       kg m, of all points along the pad
+  /// @param slid       m, so far
+  /// @param stiffness  kg, of all points to anchors that slide: sum(1 / yield)
+  /// @param limit      kg m
+  PBDSURG_HOST_DEVICE GripSlide(const Vec3<float>& pull, const Vec3<float>& slid, float stiffness,
                                 float limit) {
-    const Vec3<float> trial = pull - (1 / yield) * slid;
-    slide = (-yield * excess_of(length_of(trial), limit)) * trial;
-    push = (1 / yield) * (slide - slid);
+    const Vec3<float> trial = pull - stiffness * slid;
+    slide = (-excess_of(length_of(trial), limit) / stiffness) * trial;
+    way = slide - slid;
   }
 
   [[nodiscard]] PBDSURG_HOST_DEVICE bool moves() const {
-    return is_finite_way(push) && dot(push, push) > 0;
+    return is_finite_way(way) && dot(way, way) > 0;
   }
 };
 
