@@ -94,6 +94,26 @@ struct HangingSlab {
 
 }  // namespace
 
+// Would catch anchors that slide off at once, for what jaws hold moves in part and in part does
+// not.
+TEST_CASE("grip: jaws slip on vertices that are fixed among others") {
+  const SolverMethod method = any_sweeping_method();
+  const int substeps = GENERATE(0, 1);  // as many as the method takes, or one
+  CAPTURE(static_cast<int>(method), substeps);
+  HeldSlab slab;
+  slab.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() > 31e-3 && x.z() < 1e-9; });
+  Solver solver(slab.scene, {.method = method, .substeps = substeps});
+  constexpr float kLimit = 0.2F;
+  const ToolId tool = grasp_slab(solver, slab, HeldSlab::grip(kLimit));
+  pull(solver, tool, 0.4F, [&] {
+    REQUIRE(solver.tool_grip(tool).state != GripState::lost);
+    CHECK(solver.tool_grip(tool).pull.norm() < 1.01F * kLimit);
+  });
+  CHECK(solver.tool_grip(tool).state == GripState::slipping);
+  CHECK(solver.tool_grip(tool).pull.norm() == Approx(kLimit).epsilon(0.01));
+  CHECK(solver.tool_grip(tool).slid == Approx(8e-3F * kUsualStep).epsilon(0.01));
+}
+
 // Would catch a slab that creeps out of jaws that hold more than its weight: over ten seconds.
 TEST_CASE("grip: what pulls with less than the limit is held", "[validation]") {
   const SolverMethod method = any_sweeping_method();
