@@ -142,7 +142,7 @@ TEST_CASE("cuda grip: a thousand points have the serial bits", "[device]") {
     Grip grip;
     grip.pad.half_length = grip.pad.half_width = 0.03F;
     grip.friction = 0.5F;
-    grip.clamp_force = 0.2F;
+    grip.clamp_force = 0.02F;
     solver.grasp(tool, points, grip);
   });
   for (int i = 1; i <= 10; ++i) {
