@@ -315,91 +315,119 @@ __device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArray
   }
 }
 
-/// Corners of contacts in the shared memory of the blocks where they are at home: near at hand in
-/// this block, if there is room.
+/// Corners of contacts in the shared memory of the blocks where they are at home.
 class ClusterCorners {
  public:
-  /// @param holds  of all contacts
-  __device__ ClusterCorners(const ClusterArrays& cluster, const ClusterMemory& memory, Index holds)
-      : homes_(cluster.homes),
-        slots_(memory.slots),
-        stage_(memory.corners),
-        is_staged_(static_cast<std::uint32_t>(holds) <= memory.corner_room) {}
+  __device__ ClusterCorners(const ClusterArrays& cluster, const ClusterMemory& memory)
+      : homes_(cluster.homes), slots_(memory.slots) {}
 
-  [[nodiscard]] __device__ bool is_staged() const { return is_staged_; }
   [[nodiscard]] __device__ std::uint32_t home(Index place) const {
     const std::uint32_t home = __ldg(homes_ + place);
     return address_in(home >> 16, slots_ + 16 * (home & 0xffff));
   }
-  [[nodiscard]] __device__ std::uint32_t staged(Index root) const {
-    return stage_ + 16 * static_cast<std::uint32_t>(root);
-  }
-
-  [[nodiscard]] __device__ Particle load(Index place, Index root) const {
-    const float4 p = is_staged_ ? load_slot(staged(root)) : load_there(home(place));
+  [[nodiscard]] __device__ Particle load(Index place, Index /*root*/) const {
+    const float4 p = load_there(home(place));
     return {p.x, p.y, p.z, p.w};
   }
-  __device__ void store(Index place, Index root, const Particle& p) const {
-    const float4 v = make_float4(p.x, p.y, p.z, p.w);
-    if (is_staged_) {
-      store_shared(staged(root), v);
-    } else {
-      store_there(home(place), v);
+  __device__ void store_if(bool moves, Index place, Index /*root*/, const Particle& p) const {
+    if (moves) {
+      store_there(home(place), make_float4(p.x, p.y, p.z, p.w));
     }
   }
 
  private:
   const std::uint32_t* homes_;
-  std::uint32_t slots_, stage_;
-  bool is_staged_;
+  std::uint32_t slots_;
 };
 
-/// After a sweep, what contacts with surfaces or between bodies do: the first block does it for
-/// all, while others wait.
-/// @tparam Arrays    and Moving: see contact_projection.cuh
-/// @tparam kCorners  of a contact
-/// @param  count     of contacts
-/// @param  parity    of how often this was done
-template <int kThreads, class Arrays, class Moving, int kCorners>
-__device__ void project_contacts_of_cluster(const ClusterArrays& cluster,
-                                            const ClusterMemory& memory, const Arrays& arrays,
-                                            Index count, std::uint32_t parity) {
+/// Those near at hand in this block, each at its root.
+class StagedClusterCorners {
+ public:
+  __device__ explicit StagedClusterCorners(const ClusterMemory& memory)
+      : stage_(memory.corners), room_(memory.corner_room) {}
+
+  [[nodiscard]] __device__ bool have_room(Index holds) const {
+    return static_cast<std::uint32_t>(holds) <= room_;
+  }
+  [[nodiscard]] __device__ std::uint32_t staged(Index root) const {
+    return stage_ + 16 * static_cast<std::uint32_t>(root);
+  }
+  [[nodiscard]] __device__ Particle load(Index /*place*/, Index root) const {
+    const float4 p = load_slot(staged(root));
+    return {p.x, p.y, p.z, p.w};
+  }
+  __device__ void store_if(bool moves, Index /*place*/, Index root, const Particle& p) const {
+    store_shared_if(moves, staged(root), make_float4(p.x, p.y, p.z, p.w));
+  }
+
+ private:
+  std::uint32_t stage_, room_;
+};
+
+/// After a sweep, what one block does for all, the first, while others wait.
+/// @param parity  of how often this was done
+template <class Work>
+__device__ __forceinline__ void do_in_one_block(const ClusterArrays& cluster,
+                                                const ClusterMemory& memory, std::uint32_t parity,
+                                                const Work& work) {
   const std::uint32_t are_home = memory.surfaces, have_moved = memory.surfaces + 8;
   if (threadIdx.x == 0) {
     arrive(address_in(0, are_home));
   }
   if (block_of_cluster() == 0) {
-    const ClusterCorners corners(cluster, memory, kCorners * count);
-    const auto for_each_staged = [&](const auto& visit) {
-      if (corners.is_staged()) {
-        for_each_corner(arrays, kCorners * count, kThreads, visit);
-      }
-    };
-    const Index levels = __ldcg(arrays.level_counts);
-    OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
-    wait_for_cluster(are_home, parity);
-    for_each_staged([&](Index place, Index root) {
-      store_shared(corners.staged(root), load_there(corners.home(place)));
-    });
-    const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
-    meet_all();
-    const ContactCrew crew(count, meet_all);
-    if (crew.has_this_thread()) {
-      own.begin(corners);
-      crew.wait();
-      project(crew, own, corners, levels);
-      own.end();
-    }
-    meet_all();
-    for_each_staged([&](Index place, Index root) {
-      store_there(corners.home(place), load_slot(corners.staged(root)));
-    });
-    meet_all();
+    work([&] { wait_for_cluster(are_home, parity); });
     if (threadIdx.x < cluster.block_count) {
       arrive(address_in(threadIdx.x, have_moved));
     }
   }
   wait_for_cluster(have_moved, parity);
+}
+
+/// What contacts with surfaces or between bodies do.
+/// @tparam Arrays    and Moving: see contact_projection.cuh
+/// @tparam kCorners  of a contact
+/// @param  count     of contacts
+/// @param  await     () until all vertices are at home
+template <int kThreads, class Arrays, class Moving, int kCorners, class Await>
+__device__ __forceinline__ void project_contacts_of_cluster(const ClusterArrays& cluster,
+                                                            const ClusterMemory& memory,
+                                                            const Arrays& arrays, Index count,
+                                                            const Await& await) {
+  const ClusterCorners corners(cluster, memory);
+  const StagedClusterCorners staged(memory);
+  const bool are_staged = staged.have_room(kCorners * count);
+  const auto for_each_staged = [&](const auto& visit) {
+    if (are_staged) {
+      for_each_corner(arrays, kCorners * count, kThreads, visit);
+    }
+  };
+  const Index levels = __ldcg(arrays.level_counts);
+  OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
+  await();
+  for_each_staged([&](Index place, Index root) {
+    store_shared(staged.staged(root), load_there(corners.home(place)));
+  });
+  const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
+  meet_all();
+  const ContactCrew crew(count, meet_all);
+  const auto project_from = [&](const auto& from) {
+    own.begin(from);
+    crew.wait();
+    project(crew, own, from, levels);
+    own.end();
+  };
+  if (crew.has_this_thread()) {
+    if (are_staged) {
+      project_from(staged);
+    } else {
+      project_from(corners);
+    }
+  }
+  meet_all();
+  for_each_staged([&](Index place, Index root) {
+    store_there(corners.home(place), load_slot(staged.staged(root)));
+  });
+  meet_all();
 }
 
 /// The same, not among the instructions of sweeps.
@@ -408,48 +436,48 @@ __device__ __noinline__ void project_contacts_apart(const ClusterArrays& cluster
                                                     const ClusterMemory& memory,
                                                     const Arrays& arrays, Index count,
                                                     std::uint32_t parity) {
-  project_contacts_of_cluster<kThreads, Arrays, Moving, kCorners>(cluster, memory, arrays, count,
-                                                                  parity);
+  do_in_one_block(cluster, memory, parity, [&](const auto& await) {
+    project_contacts_of_cluster<kThreads, Arrays, Moving, kCorners>(cluster, memory, arrays, count,
+                                                                    await);
+  });
 }
 
-/// After a sweep, what jaws do that hold with a limit: likewise.
+/// What jaws do that hold with a limit: likewise.
 template <int kThreads>
-__device__ __noinline__ void project_grips_of_cluster(const ClusterArrays& cluster,
-                                                      const ClusterMemory& memory,
-                                                      const DeviceState& state, StepInput* input,
-                                                      Index substep, std::uint32_t parity) {
-  const std::uint32_t are_home = memory.surfaces, have_moved = memory.surfaces + 8;
-  if (threadIdx.x == 0) {
-    arrive(address_in(0, are_home));
-  }
-  if (block_of_cluster() == 0) {
+__device__ __noinline__ void project_grips_apart(const ClusterArrays& cluster,
+                                                 const ClusterMemory& memory,
+                                                 const DeviceState& state, StepInput* input,
+                                                 Index substep, std::uint32_t parity) {
+  do_in_one_block(cluster, memory, parity, [&](const auto& await) {
+    const ClusterCorners corners(cluster, memory);
+    const StagedClusterCorners staged(memory);
     const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
-    wait_for_cluster(are_home, parity);
+    await();
     for (Index g = 0; g < input->grip_count; ++g) {
       const GripTables tables(input, substep, g);
-      const ClusterCorners corners(cluster, memory, tables.grip.corner_count);
+      const bool are_staged = staged.have_room(tables.grip.corner_count);
       const auto for_each_staged = [&](const auto& visit) {
-        for (Index c = static_cast<Index>(threadIdx.x);
-             corners.is_staged() && c < tables.grip.corner_count; c += kThreads) {
-          visit(corners.staged(c), corners.home(tables.corners[c].place));
+        for (Index c = static_cast<Index>(threadIdx.x); are_staged && c < tables.grip.corner_count;
+             c += kThreads) {
+          visit(staged.staged(c), corners.home(tables.corners[c].place));
         }
       };
       for_each_staged(
-          [](std::uint32_t staged, std::uint32_t home) { store_shared(staged, load_there(home)); });
+          [](std::uint32_t here, std::uint32_t home) { store_shared(here, load_there(home)); });
       meet_all();
       if (threadIdx.x < kWarp) {
-        GripProjection(state, input, tables, corners).run();
+        if (are_staged) {
+          GripProjection(state, input, tables, staged).run();
+        } else {
+          GripProjection(state, input, tables, corners).run();
+        }
       }
       meet_all();
       for_each_staged(
-          [](std::uint32_t staged, std::uint32_t home) { store_there(home, load_slot(staged)); });
+          [](std::uint32_t here, std::uint32_t home) { store_there(home, load_slot(here)); });
       meet_all();
     }
-    if (threadIdx.x < cluster.block_count) {
-      arrive(address_in(threadIdx.x, have_moved));
-    }
-  }
-  wait_for_cluster(have_moved, parity);
+  });
 }
 
 /// @param kThreads  that project; one warp more fetches
@@ -625,8 +653,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
             cluster, memory, tools.touches, body_contacts, contact_phases++ % 2);
       }
       if (sweep.has_grips) {
-        project_grips_of_cluster<kThreads>(cluster, memory, state, input, sweep.substep,
-                                           contact_phases++ % 2);
+        project_grips_apart<kThreads>(cluster, memory, state, input, sweep.substep,
+                                      contact_phases++ % 2);
       }
     }
     if (has_tools) {
@@ -659,8 +687,10 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
         project_contacts_apart<kThreads, SurfaceArrays, MovingContact, 3>(
             cluster, memory, tools.surfaces, contacts, contact_phases++ % 2);
       } else {
-        project_contacts_of_cluster<kThreads, SurfaceArrays, MovingContact, 3>(
-            cluster, memory, tools.surfaces, contacts, parity);
+        do_in_one_block(cluster, memory, parity, [&](const auto& await) {
+          project_contacts_of_cluster<kThreads, SurfaceArrays, MovingContact, 3>(
+              cluster, memory, tools.surfaces, contacts, await);
+        });
       }
     }
   }

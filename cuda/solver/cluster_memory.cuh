@@ -66,6 +66,18 @@ __device__ inline void store_shared(std::uint32_t address, const float4& v) {
                : "memory");
 }
 
+/// Without a branch.
+__device__ inline void store_shared_if(bool condition, std::uint32_t address, const float4& v) {
+  asm volatile(
+      "{\n"
+      ".reg .pred p;\n"
+      "setp.ne.u32 p, %5, 0;\n"
+      "@p st.shared.v4.f32 [%0], {%1, %2, %3, %4};\n"
+      "}" ::"r"(address),
+      "f"(v.x), "f"(v.y), "f"(v.z), "f"(v.w), "r"(static_cast<std::uint32_t>(condition))
+      : "memory");
+}
+
 /// A barrier completes when all have come that it waits for; then it starts again, with the other
 /// parity. One that waits for bytes waits for who arms it, and for as many as that asks for.
 __device__ inline void make_barrier(std::uint32_t barrier, std::uint32_t count = 1) {

@@ -5,8 +5,9 @@
 /// Contacts one after another, as far as the order matters: by levels, those of one share no
 /// corner. One block goes through them, or a part of it.
 ///
-/// Arrays are SurfaceArrays or TouchArrays. A Moving is a contact of these while it moves its
-/// corners, and knows its level, and its gap when it last looked.
+/// Arrays are SurfaceArrays or TouchArrays. Corners have load(place, root) and store_if(moves,
+/// place, root, particle). A Moving is a contact of these while it moves its corners, and knows its
+/// level, and its gap when it last looked.
 
 #include "cuda/solver/contact_crew.cuh"
 #include "cuda/solver/kernel_support.cuh"
@@ -16,58 +17,42 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
-/// Corners that contacts move, in the memory that all blocks share: near at hand, each once, of as
-/// many contacts as there are threads; where they lie, of more.
-/// @tparam kThreads  of the block
-/// @tparam kCorners  of a contact
-template <class Arrays, int kThreads, int kCorners>
-class MovingCorners {
+/// Corners that contacts move, near at hand in their block: each at its root, see
+/// for_each_corner().
+class StagedCorners {
  public:
-  struct Stage {
-    Particle at_roots[kCorners * kThreads];
-  };
+  /// @param at_roots  [holds]
+  __device__ explicit StagedCorners(Particle* at_roots) : at_roots_(at_roots) {}
 
-  __device__ MovingCorners(const DeviceState& state, const Arrays& arrays, Index count,
-                           Stage& stage)
-      : moving_(moving_of(state)),
-        arrays_(arrays),
-        stage_(count <= kThreads ? &stage : nullptr),
-        count_(count) {
-    for_each_staged(
-        [&](Index place, Index root) { stage_->at_roots[root] = load_particle(moving_ + place); });
+  [[nodiscard]] __device__ Particle load(Index /*place*/, Index root) const {
+    return at_roots_[root];
+  }
+  __device__ void store_if(bool moves, Index /*place*/, Index root, const Particle& p) const {
+    if (moves) {
+      at_roots_[root] = p;
+    }
   }
 
-  /// Puts them back where they lie.
-  __device__ void store_all() const {
-    for_each_staged([&](Index place, Index root) {
-      const Particle& p = stage_->at_roots[root];
-      store_particle(moving_ + place, position_of(p), p.w);
-    });
-  }
+ private:
+  Particle* at_roots_;
+};
 
-  [[nodiscard]] __device__ Particle load(Index place, Index root) const {
-    return stage_ != nullptr ? stage_->at_roots[root] : load_particle(moving_ + place);
+/// Likewise where they lie, in the memory that all blocks share.
+class CornersInPlace {
+ public:
+  __device__ explicit CornersInPlace(Particle* moving) : moving_(moving) {}
+
+  [[nodiscard]] __device__ Particle load(Index place, Index /*root*/) const {
+    return load_particle(moving_ + place);
   }
-  __device__ void store(Index place, Index root, const Particle& p) const {
-    if (stage_ != nullptr) {
-      stage_->at_roots[root] = p;
-    } else {
+  __device__ void store_if(bool moves, Index place, Index /*root*/, const Particle& p) const {
+    if (moves) {
       store_particle(moving_ + place, position_of(p), p.w);
     }
   }
 
  private:
-  template <class Visit>
-  __device__ void for_each_staged(const Visit& visit) const {
-    if (stage_ != nullptr) {
-      for_each_corner(arrays_, kCorners * count_, kThreads, visit);
-    }
-  }
-
   Particle* moving_;
-  const Arrays& arrays_;
-  Stage* stage_;
-  Index count_;
 };
 
 /// The contacts of a thread: in registers if it has but one.
@@ -182,28 +167,43 @@ __device__ __forceinline__ bool push_out(const Crew& crew, Own& own, const Corne
 }
 
 /// Calls work(crew, own, corners) of the threads that go through contacts, once they and their
-/// corners are near at hand. All threads of the only block of a copy call it.
+/// corners are near at hand, of as many contacts as there are threads; of more, these are where
+/// they lie. All threads of the only block of a copy call it.
 /// @param count  of contacts
 template <class Moving, int kThreads, int kCorners, class Arrays, class Work>
 __device__ __forceinline__ void go_through_contacts(const DeviceState& state, const Arrays& arrays,
                                                     Index count, const Work& work) {
-  using Corners = MovingCorners<Arrays, kThreads, kCorners>;
+  struct Stage {
+    Particle at_roots[kCorners * kThreads];
+  };
+  __shared__ SharedRoom<Stage> room;
   if (count == 0) {
     return;
   }
-  __shared__ SharedRoom<typename Corners::Stage> room;
-  const Corners corners(state, arrays, count, room.get());
-  OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
-  __syncthreads();
-  const ContactCrew crew(count, [] { __syncthreads(); });
-  if (crew.has_this_thread()) {
-    own.begin(corners);
-    crew.wait();
-    work(crew, own, corners);
-    own.end();
+  const auto go_through = [&](const auto& corners) {
+    OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
+    __syncthreads();
+    const ContactCrew crew(count, [] { __syncthreads(); });
+    if (crew.has_this_thread()) {
+      own.begin(corners);
+      crew.wait();
+      work(crew, own, corners);
+      own.end();
+    }
+    __syncthreads();
+  };
+  Particle* const moving = moving_of(state);
+  if (count > kThreads) {
+    go_through(CornersInPlace(moving));
+    return;
   }
-  __syncthreads();
-  corners.store_all();
+  Particle* const at_roots = room.get().at_roots;
+  for_each_corner(arrays, kCorners * count, kThreads,
+                  [&](Index place, Index root) { at_roots[root] = load_particle(moving + place); });
+  go_through(StagedCorners(at_roots));
+  for_each_corner(arrays, kCorners * count, kThreads, [&](Index place, Index root) {
+    store_particle(moving + place, position_of(at_roots[root]), at_roots[root].w);
+  });
 }
 
 }  // namespace

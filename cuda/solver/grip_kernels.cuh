@@ -6,6 +6,7 @@
 /// hold what another does; sums are in the order of points, as on the host.
 
 #include "cuda/solver/coarse_kernels.cuh"
+#include "cuda/solver/contact_projection.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
 #include "cuda/solver/counted_points.cuh"
 #include "cuda/solver/grip_points.cuh"
@@ -20,57 +21,6 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr int kGripThreads = 256;
-
-/// The corners of a grip, near at hand in one block.
-class StagedCorners {
- public:
-  static constexpr Index kRoom = 1024;
-  struct Stage {
-    Particle particles[kRoom];
-  };
-
-  /// All threads of the block.
-  __device__ StagedCorners(const DeviceState& state, const GripTables& tables, Stage& stage)
-      : moving_(moving_of(state)),
-        tables_(tables),
-        stage_(tables.grip.corner_count <= kRoom ? &stage : nullptr) {
-    for_each_staged([&](Index place, Particle& p) { p = load_particle(moving_ + place); });
-  }
-
-  /// Puts them back where they lie.
-  __device__ void store_all() const {
-    for_each_staged([&](Index place, const Particle& p) {
-      store_particle(moving_ + place, position_of(p), p.w);
-    });
-  }
-
-  [[nodiscard]] __device__ Particle load(Index place, Index corner) const {
-    return stage_ != nullptr ? stage_->particles[corner] : load_particle(moving_ + place);
-  }
-  __device__ void store(Index place, Index corner, const Particle& p) const {
-    if (stage_ != nullptr) {
-      stage_->particles[corner] = p;
-    } else {
-      store_particle(moving_ + place, position_of(p), p.w);
-    }
-  }
-
- private:
-  template <class Visit>
-  __device__ void for_each_staged(const Visit& visit) const {
-    if (stage_ == nullptr) {
-      return;
-    }
-    for (Index c = static_cast<Index>(threadIdx.x); c < tables_.grip.corner_count;
-         c += kGripThreads) {
-      visit(tables_.corners[c].place, stage_->particles[c]);
-    }
-  }
-
-  Particle* moving_;
-  const GripTables& tables_;
-  Stage* stage_;
-};
 
 /// One grip in a substep. All threads of a block call each of these, and meet in it.
 class GripPatch {
@@ -186,14 +136,31 @@ class GripPatch {
 
   /// Of projections: from corners near at hand, if there is room for all.
   __device__ void project() {
-    __shared__ SharedRoom<StagedCorners::Stage> room;
-    const StagedCorners corners(state_, tables_, room.get());
+    constexpr Index kRoom = 1024;
+    struct Stage {
+      Particle corners[kRoom];
+    };
+    __shared__ SharedRoom<Stage> room;
+    Particle* const staged = room.get().corners;
+    Particle* const moving = moving_of(state_);
+    const bool are_staged = grip_.corner_count <= kRoom;
+    const auto for_each_staged = [&](const auto& visit) {
+      for (Index c = static_cast<Index>(threadIdx.x); are_staged && c < grip_.corner_count;
+           c += kGripThreads) {
+        visit(staged[c], moving + tables_.corners[c].place);
+      }
+    };
+    for_each_staged([](Particle& here, const Particle* there) { here = load_particle(there); });
     __syncthreads();
-    if (threadIdx.x < kWarp) {
-      GripProjection(state_, input_, tables_, corners).run();
+    if (threadIdx.x < kWarp && are_staged) {
+      GripProjection(state_, input_, tables_, StagedCorners(staged)).run();
+    } else if (threadIdx.x < kWarp) {
+      GripProjection(state_, input_, tables_, CornersInPlace(moving)).run();
     }
     __syncthreads();
-    corners.store_all();
+    for_each_staged([](const Particle& here, Particle* there) {
+      store_particle(there, position_of(here), here.w);
+    });
     __syncthreads();
   }
 

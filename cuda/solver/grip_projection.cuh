@@ -12,8 +12,7 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
-/// @tparam Corners  has load(place, corner) and store(place, corner, particle), of what moves; a
-///                  corner is a number among those of the grip
+/// @tparam Corners  see contact_projection.cuh; the root of a corner is its number in the grip
 template <class Corners>
 class GripProjection {
  public:
@@ -118,9 +117,8 @@ class GripProjection {
     for (int k = 0; k < 3 && point.own.places[k] != kInvalidIndex; ++k) {
       const Particle p = corners_.load(point.own.places[k], point.own.corners[k]);
       const Vec3<float> after = position_of(p) + (point.own.weights[k] * p.w) * change;
-      if (is_finite_way(after)) {
-        corners_.store(point.own.places[k], point.own.corners[k], {after.x, after.y, after.z, p.w});
-      }
+      corners_.store_if(is_finite_way(after), point.own.places[k], point.own.corners[k],
+                        {after.x, after.y, after.z, p.w});
     }
   }
 

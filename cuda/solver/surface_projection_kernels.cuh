@@ -24,7 +24,7 @@ struct MovingContact {
   __device__ MovingContact(const SurfaceArrays& surfaces, Index c)
       : stored(surfaces.contacts[c]), level(surfaces.levels[c]) {
     for (int k = 0; k < 3; ++k) {
-      roots[k] = surfaces.roots[3 * c + k];
+      roots[k] = surfaces.roots[3 * c + (has_corner(k) ? k : 0)];
     }
     spring = spring_of(surfaces, stored);
   }
@@ -32,71 +32,98 @@ struct MovingContact {
   /// Once corners are known.
   template <class Corners>
   __device__ void begin(const Corners& corners) {
+    const At at(*this, corners);
     float yield = spring == nullptr ? 0 : spring->yield;
     for_each_corner([&](int k) {
-      yield += stored.contact.weights[k] * stored.contact.weights[k] * load(corners, k).w;
+      yield += stored.contact.weights[k] * stored.contact.weights[k] * at.corners[k].w;
     });
     stiffness = stiffness_of(yield);
-    look(corners);
+    gap = read(at).gap;
   }
 
   template <class Corners>
   __device__ void look(const Corners& corners) {
-    gap = read(corners).gap;
+    gap = read(At(*this, corners)).gap;
   }
+
+  /// After look().
+  [[nodiscard]] __device__ bool is_inside() const { return is_left_inside({gap, {}}); }
 
   __device__ void put_back(const SurfaceArrays& surfaces, Index c) const {
     surfaces.contacts[c].contact = stored.contact;
   }
 
   template <class Corners>
-  [[nodiscard]] __device__ ContactReading<float> read(const Corners& corners) const {
-    Vec3<float> sum;
-    for_each_corner(
-        [&](int k) { sum = sum + stored.contact.weights[k] * position_of(load(corners, k)); });
-    return read_plane(stored.contact, sum - (spring == nullptr ? Vec3<float>{} : spring->shift));
-  }
-
-  template <class Corners>
   __device__ void project(const Corners& corners) {
+    At at(*this, corners);
     project_contact(
-        stored.contact, stored.friction, stiffness, [&] { return read(corners); },
-        [&](const Vec3<float>& push) { move(corners, push); });
+        stored.contact, stored.friction, stiffness, [&] { return read(at); },
+        [&](const Vec3<float>& push) { move(at, push); });
+    put_back(at, corners);
   }
 
   /// Out of the plane alone, which it has just looked at.
   template <class Corners>
   __device__ void push_out(const Corners& corners) {
+    At at(*this, corners);
     push_contact_out(stored.contact, stiffness, {gap, {}},
-                     [&](const Vec3<float>& push) { move(corners, push); });
+                     [&](const Vec3<float>& push) { move(at, push); });
+    put_back(at, corners);
   }
 
  private:
+  /// Where the corners are: all are asked for before any is needed.
+  struct At {
+    Particle corners[3];
+    bool have_moved[3] = {};
+
+    template <class Corners>
+    __device__ At(const MovingContact& own, const Corners& all) {
+#pragma unroll
+      for (int k = 0; k < 3; ++k) {  // the first stands for those that there are not
+        corners[k] =
+            all.load(own.stored.contact.feature.places[own.has_corner(k) ? k : 0], own.roots[k]);
+      }
+    }
+  };
+
+  [[nodiscard]] __device__ bool has_corner(int k) const {
+    return stored.contact.feature.places[k] != kInvalidIndex;
+  }
   template <class Visit>
   __device__ void for_each_corner(const Visit& visit) const {
 #pragma unroll
     for (int k = 0; k < 3; ++k) {
-      if (stored.contact.feature.places[k] != kInvalidIndex) {
+      if (has_corner(k)) {
         visit(k);
       }
     }
   }
-  template <class Corners>
-  [[nodiscard]] __device__ Particle load(const Corners& corners, int k) const {
-    return corners.load(stored.contact.feature.places[k], roots[k]);
+  [[nodiscard]] __device__ ContactReading<float> read(const At& at) const {
+    Vec3<float> sum;
+    for_each_corner(
+        [&](int k) { sum = sum + stored.contact.weights[k] * position_of(at.corners[k]); });
+    return read_plane(stored.contact, sum - (spring == nullptr ? Vec3<float>{} : spring->shift));
   }
-  template <class Corners>
-  __device__ void move(const Corners& corners, const Vec3<float>& push) {
+  __device__ void move(At& at, const Vec3<float>& push) const {
     if (spring != nullptr) {
       spring->shift = spring->shift - spring->yield * push;
     }
     for_each_corner([&](int k) {
-      const Particle p = load(corners, k);
+      const Particle& p = at.corners[k];
       const Vec3<float> after = position_of(p) + (stored.contact.weights[k] * p.w) * push;
       if (is_finite_way(after)) {
-        corners.store(stored.contact.feature.places[k], roots[k], {after.x, after.y, after.z, p.w});
+        at.corners[k] = {after.x, after.y, after.z, p.w};
+        at.have_moved[k] = true;
       }
     });
+  }
+  template <class Corners>
+  __device__ void put_back(const At& at, const Corners& corners) const {
+#pragma unroll
+    for (int k = 0; k < 3; ++k) {
+      corners.store_if(at.have_moved[k], stored.contact.feature.places[k], roots[k], at.corners[k]);
+    }
   }
 };
 
@@ -111,7 +138,8 @@ __device__ __forceinline__ void settle(const Crew& crew, OwnSurfaceContacts& own
     is_any_inside = push_out(crew, own, corners);
   }
   own.for_each(corners, [&](MovingContact& contact) {
-    contact.stored.contact.is_left_inside = is_left_inside(contact.read(corners));
+    contact.look(corners);
+    contact.stored.contact.is_left_inside = contact.is_inside();
     return true;
   });
 }

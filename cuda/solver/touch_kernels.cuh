@@ -28,39 +28,45 @@ struct MovingTouch {
   __device__ MovingTouch(const TouchArrays& touches, Index c)
       : touch(touches.contacts[c]), level(touches.levels[c]) {
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      roots[k] = touches.roots[TissueTouch::kCorners * c + k];
+      // a contact depends on its first corner, which stands for those that it does not depend on
+      roots[k] = touches.roots[TissueTouch::kCorners * c + (touch.weights[k] != 0 ? k : 0)];
     }
   }
 
   /// Once corners are known.
   template <class Corners>
   __device__ void begin(const Corners& corners) {
+    const At at(*this, corners);
     float yield = 0;
 #pragma unroll
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      yield += touch.weights[k] * touch.weights[k] * load(corners, k).w;
+      yield += touch.weights[k] * touch.weights[k] * at.corners[k].w;
     }
     stiffness = stiffness_of(yield);
-    look(corners);
+    gap = read(at).gap;
   }
 
   template <class Corners>
   __device__ void look(const Corners& corners) {
-    gap = read(corners).gap;
+    gap = read(At(*this, corners)).gap;
   }
 
   template <class Corners>
   __device__ void project(const Corners& corners) {
+    At at(*this, corners);
     project_contact(
-        touch, touch.mu, stiffness, [&] { return read(corners); },
-        [&](const Vec3<float>& push) { move(corners, push); });
+        touch, touch.mu, stiffness, [&] { return read(at); },
+        [&](const Vec3<float>& push) { at.move(touch, push); });
+    put_back(at, corners);
   }
 
   /// Out of the plane alone, which it has just looked at.
   template <class Corners>
   __device__ void push_out(const Corners& corners) {
+    At at(*this, corners);
     push_contact_out(touch, stiffness, {gap, {}},
-                     [&](const Vec3<float>& push) { move(corners, push); });
+                     [&](const Vec3<float>& push) { at.move(touch, push); });
+    put_back(at, corners);
   }
 
   __device__ void put_back(const TouchArrays& touches, Index c) const {
@@ -69,18 +75,41 @@ struct MovingTouch {
   }
 
  private:
-  /// Corners that a contact does not depend on are where they lie: none moves them meanwhile.
-  template <class Corners>
-  [[nodiscard]] __device__ Particle load(const Corners& corners, int k) const {
-    return touch.weights[k] != 0 ? corners.load(touch.places[k], roots[k]) : Particle{};
-  }
+  /// Where the corners are: all are asked for before any is needed.
+  struct At {
+    Particle corners[TissueTouch::kCorners];
+    bool has_moved = false;
 
-  template <class Corners>
-  [[nodiscard]] __device__ ContactReading<float> read(const Corners& corners) const {
+    template <class Corners>
+    __device__ At(const MovingTouch& own, const Corners& all) {
+#pragma unroll
+      for (int k = 0; k < TissueTouch::kCorners; ++k) {
+        corners[k] = all.load(own.touch.places[k], own.roots[k]);
+      }
+    }
+
+    __device__ void move(const TissueTouch& touch, const Vec3<float>& push) {
+      Vec3<float> after[TissueTouch::kCorners];
+      bool are_finite = true;
+#pragma unroll
+      for (int k = 0; k < TissueTouch::kCorners; ++k) {
+        after[k] = position_of(corners[k]) + (touch.weights[k] * corners[k].w) * push;
+        are_finite = are_finite && is_finite_way(after[k]);
+      }
+      has_moved = has_moved || are_finite;
+#pragma unroll
+      for (int k = 0; k < TissueTouch::kCorners; ++k) {
+        const Vec3<float> x = are_finite ? after[k] : position_of(corners[k]);
+        corners[k] = {x.x, x.y, x.z, corners[k].w};
+      }
+    }
+  };
+
+  [[nodiscard]] __device__ ContactReading<float> read(const At& at) const {
     Vec3<float> sums[2];
 #pragma unroll
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      const Vec3<float> part = touch.weights[k] * position_of(load(corners, k));
+      const Vec3<float> part = touch.weights[k] * position_of(at.corners[k]);
       if (touch.side_of(k) == 0) {
         sums[0] = sums[0] + part;
       } else {
@@ -91,21 +120,11 @@ struct MovingTouch {
   }
 
   template <class Corners>
-  __device__ void move(const Corners& corners, const Vec3<float>& push) const {
-    Particle moved[TissueTouch::kCorners];
-    bool are_finite = true;
+  __device__ void put_back(const At& at, const Corners& corners) const {
 #pragma unroll
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      const Particle p = load(corners, k);
-      const Vec3<float> after = position_of(p) + (touch.weights[k] * p.w) * push;
-      moved[k] = {after.x, after.y, after.z, p.w};
-      are_finite = are_finite && is_finite_way(after);
-    }
-#pragma unroll
-    for (int k = 0; k < TissueTouch::kCorners; ++k) {
-      if (are_finite && touch.weights[k] != 0) {
-        corners.store(touch.places[k], roots[k], moved[k]);
-      }
+      corners.store_if(at.has_moved && touch.weights[k] != 0, touch.places[k], roots[k],
+                       at.corners[k]);
     }
   }
 };
