@@ -409,7 +409,7 @@ __device__ __forceinline__ void project_contacts_of_cluster(const ClusterArrays&
   });
   const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
   meet_all();
-  const ContactCrew crew(count, meet_all);
+  ContactCrew crew(count, meet_all);
   const auto project_from = [&](const auto& from) {
     own.begin(from);
     crew.wait();

@@ -35,14 +35,20 @@ __device__ inline float least_of_warp(float own) {
 }
 
 /// Where a warp has a thread for each contact, it goes alone, for it waits for itself in a fraction
-/// of the time; else all threads of a block do.
+/// of the time; else all threads of a block do. There is one in a block at a time.
 /// @tparam Meet  () of all threads that have contacts
 template <class Meet>
 class ContactCrew {
  public:
+  /// All wait() once before they do anything else.
   /// @param contacts  how many
   __device__ ContactCrew(Index contacts, const Meet& meet)
-      : is_warp_(contacts <= kWarp), meet_(meet) {}
+      : is_warp_(contacts <= kWarp), meet_(meet) {
+    if (threadIdx.x == 0) {
+      leasts()[0] = kNoLevel;
+      total() = 0;
+    }
+  }
 
   [[nodiscard]] __device__ bool has_this_thread() const { return !is_warp_ || threadIdx.x < kWarp; }
 
@@ -56,27 +62,50 @@ class ContactCrew {
   }
 
   /// Of all threads.
-  [[nodiscard]] __device__ Index least(Index own) const {
+  [[nodiscard]] __device__ Index least(Index own) {
     const Index of_warp = least_of_warp(own);
     if (is_warp_) {
       return of_warp;
     }
-    __shared__ Index of_all;
-    meet_();  // all have read what it was before
+    // of three places one is read, the next made ready, and none of them still read by anyone
+    Index& of_all = leasts()[turn_];
+    turn_ = turn_ == 2 ? 0 : turn_ + 1;
     if (threadIdx.x == 0) {
-      of_all = of_warp;
+      leasts()[turn_] = kNoLevel;
     }
-    meet_();
-    if (threadIdx.x % kWarp == 0 && threadIdx.x > 0) {
+    if (threadIdx.x % kWarp == 0 && of_warp != kNoLevel) {
       atomicMin(&of_all, of_warp);
     }
     meet_();
     return of_all;
   }
 
+  /// Of how many threads it is true; once.
+  [[nodiscard]] __device__ Index count(bool own) const {
+    const Index of_warp = __popc(__ballot_sync(~0U, own));
+    if (is_warp_) {
+      return of_warp;
+    }
+    if (threadIdx.x % kWarp == 0 && of_warp > 0) {
+      atomicAdd(&total(), of_warp);
+    }
+    meet_();
+    return total();
+  }
+
  private:
+  [[nodiscard]] __device__ static Index* leasts() {
+    __shared__ Index all[3];
+    return all;
+  }
+  [[nodiscard]] __device__ static Index& total() {
+    __shared__ Index all;
+    return all;
+  }
+
   bool is_warp_;
   Meet meet_;
+  int turn_ = 0;
 };
 
 /// Finds the levels of contacts: those of one do not share what one of them moves. A warp does it,

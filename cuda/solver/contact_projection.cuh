@@ -123,13 +123,44 @@ class OwnContacts {
   Moving one_;
 };
 
-/// All contacts, one level after another.
+/// The first level from one on that has a contact of which something is true, or kNoLevel.
+/// @param is_wanted  (contact)
+template <class Crew, class Own, class Corners, class IsWanted>
+__device__ __forceinline__ Index next_level(Crew& crew, Own& own, const Corners& corners,
+                                            Index first, const IsWanted& is_wanted) {
+  Index own_level = kNoLevel;
+  own.for_each(corners, [&](const auto& contact) {
+    if (contact.level >= first && contact.level < own_level && is_wanted(contact)) {
+      own_level = contact.level;
+    }
+    return false;
+  });
+  return crew.least(own_level);
+}
+
+/// All contacts, one level after another. Where few act, from one level with such a contact to the
+/// next, which takes half as long again for a level.
+/// @param crew  all of a block, or a warp
 template <class Crew, class Own, class Corners>
-__device__ __forceinline__ void project(const Crew& crew, Own& own, const Corners& corners,
+__device__ __forceinline__ void project(Crew& crew, Own& own, const Corners& corners,
                                         Index levels) {
-  for (Index level = 0; level < levels; ++level) {
+  const auto acts = [](const auto& contact) { return contact.acts(); };
+  bool acts_any = false;
+  own.for_each(corners, [&](const auto& contact) {
+    acts_any = acts_any || acts(contact);
+    return false;
+  });
+  const bool skips = 3 * crew.count(acts_any) < 2 * levels;
+  for (Index level = 0;; ++level) {
+    level = skips ? next_level(crew, own, corners, level, acts) : level;
+    if (level >= levels) {
+      return;
+    }
     own.project(corners, level);
     crew.wait();
+    if (skips) {
+      own.look(corners);
+    }
   }
 }
 
@@ -138,23 +169,17 @@ __device__ __forceinline__ void project(const Crew& crew, Own& own, const Corner
 /// @param crew  all of a block, or a warp
 /// @return      whether any was inside
 template <class Crew, class Own, class Corners>
-__device__ __forceinline__ bool push_out(const Crew& crew, Own& own, const Corners& corners) {
+__device__ __forceinline__ bool push_out(Crew& crew, Own& own, const Corners& corners) {
+  const auto is_inside = [](const auto& contact) { return contact.gap < 0; };
   bool is_any_inside = false;
   for (Index first = 0;;) {
-    Index own_level = kNoLevel;
-    own.for_each(corners, [&](const auto& contact) {
-      if (contact.gap < 0 && contact.level >= first && contact.level < own_level) {
-        own_level = contact.level;
-      }
-      return false;
-    });
-    const Index level = crew.least(own_level);
+    const Index level = next_level(crew, own, corners, first, is_inside);
     if (level == kNoLevel) {
       return is_any_inside;
     }
     is_any_inside = true;
     own.for_each(corners, [&](auto& contact) {
-      const bool moves = contact.gap < 0 && contact.level == level;
+      const bool moves = contact.level == level && is_inside(contact);
       if (moves) {
         contact.push_out(corners);
       }
@@ -183,7 +208,7 @@ __device__ __forceinline__ void go_through_contacts(const DeviceState& state, co
   const auto go_through = [&](const auto& corners) {
     OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
     __syncthreads();
-    const ContactCrew crew(count, [] { __syncthreads(); });
+    ContactCrew crew(count, [] { __syncthreads(); });
     if (crew.has_this_thread()) {
       own.begin(corners);
       crew.wait();

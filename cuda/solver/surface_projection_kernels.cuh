@@ -46,8 +46,11 @@ struct MovingContact {
     gap = read(At(*this, corners)).gap;
   }
 
-  /// After look().
-  [[nodiscard]] __device__ bool is_inside() const { return is_left_inside({gap, {}}); }
+  // After look():
+  [[nodiscard]] __device__ bool acts() const { return pbdsurg::acts(stored.contact, gap); }
+  [[nodiscard]] __device__ bool is_left_inside() const {
+    return pbdsurg::is_left_inside({gap, {}});
+  }
 
   __device__ void put_back(const SurfaceArrays& surfaces, Index c) const {
     surfaces.contacts[c].contact = stored.contact;
@@ -131,7 +134,7 @@ using OwnSurfaceContacts = OwnContacts<SurfaceArrays, MovingContact>;
 
 /// See settle_surface_contacts().
 template <class Crew, class Corners>
-__device__ __forceinline__ void settle(const Crew& crew, OwnSurfaceContacts& own,
+__device__ __forceinline__ void settle(Crew& crew, OwnSurfaceContacts& own,
                                        const Corners& corners) {
   bool is_any_inside = true;
   for (int pass = 0; pass < kSettlePasses && is_any_inside; ++pass) {
@@ -139,7 +142,7 @@ __device__ __forceinline__ void settle(const Crew& crew, OwnSurfaceContacts& own
   }
   own.for_each(corners, [&](MovingContact& contact) {
     contact.look(corners);
-    contact.stored.contact.is_left_inside = contact.is_inside();
+    contact.stored.contact.is_left_inside = contact.is_left_inside();
     return true;
   });
 }
@@ -156,7 +159,7 @@ __global__ void __launch_bounds__(kProjectThreads, 1)
   const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
   go_through_contacts<MovingContact, kProjectThreads, 3>(
       state, surfaces, contact_count(surfaces),
-      [&](const auto& crew, OwnSurfaceContacts& own, const auto& corners) {
+      [&](auto& crew, OwnSurfaceContacts& own, const auto& corners) {
         if constexpr (kSettles) {
           settle(crew, own, corners);
         } else {

@@ -51,6 +51,11 @@ struct MovingTouch {
     gap = read(At(*this, corners)).gap;
   }
 
+  /// After look().
+  [[nodiscard]] __device__ bool acts() const {
+    return pbdsurg::acts(touch, gap);
+  }
+
   template <class Corners>
   __device__ void project(const Corners& corners) {
     At at(*this, corners);
@@ -137,8 +142,7 @@ __global__ void __launch_bounds__(kMoveThreads, 1)
   state = of_copy(state);
   const TouchArrays touches = of_copy(tools.touches, state.capacity);
   go_through_contacts<MovingTouch, kMoveThreads, TissueTouch::kCorners>(
-      state, touches, contact_count(touches),
-      [&](const auto& crew, auto& own, const auto& corners) {
+      state, touches, contact_count(touches), [&](auto& crew, auto& own, const auto& corners) {
         if constexpr (kSettles) {
           push_out(crew, own, corners);
         } else {

@@ -100,16 +100,24 @@ PBDSURG_DEVICE inline void add_answer(const Contact& contact, const ContactAnswe
   return yield > 0 ? 1 / yield : 0.0F;
 }
 
+/// Whether sweeps of projections may change anything about a contact: others are away from their
+/// plane, and nothing pushes them.
+/// @param gap  m, that the contact has now
+template <class Contact>
+[[nodiscard]] PBDSURG_HOST_DEVICE inline bool acts(const Contact& contact, float gap) {
+  return gap < 0 || contact.multiplier > 0 || dot(contact.friction, contact.friction) > 0;
+}
+
 /// Moves corners by their masses out of the plane.
 /// @param stiffness  kg, as of stiffness_of()
 /// @param reading    that the contact has now
-/// @param move       (push) with push in kg m
+/// @param move       (push) with push in kg m; not called for no push
 template <class Contact, class Move>
 PBDSURG_DEVICE inline void push_contact_out(Contact& contact, float stiffness,
                                             const ContactReading<float>& reading,
                                             const Move& move) {
   const ContactForce<float> now = answer(contact, 0, reading, 1, stiffness).force;
-  if (stiffness > 0 && is_finite_force(now)) {
+  if (stiffness > 0 && is_finite_force(now) && now.push != contact.multiplier) {
     const Vec3<float> push = (now.push - contact.multiplier) * contact.normal;
     contact.multiplier = now.push;
     move(push);
@@ -126,9 +134,9 @@ PBDSURG_DEVICE inline void project_contact(Contact& contact, float friction, flo
     return;
   }
   const ContactForce<float> now = answer(contact, friction, read(), 1, stiffness).force;
-  if (is_finite_force(now)) {
-    const Vec3<float> push =
-        (now.push - contact.multiplier) * contact.normal + (now.drag - contact.friction);
+  const Vec3<float> drag = now.drag - contact.friction;
+  if (is_finite_force(now) && (now.push != contact.multiplier || dot(drag, drag) > 0)) {
+    const Vec3<float> push = (now.push - contact.multiplier) * contact.normal + drag;
     contact.multiplier = now.push;
     contact.friction = now.drag;
     move(push);
