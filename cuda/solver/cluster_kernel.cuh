@@ -47,6 +47,7 @@ struct ClusterMemory {
   std::uint32_t slots, bases, carries, stages, corners, rounds, arrived, fetched, surfaces;
   std::uint32_t stage_bytes;
   std::uint32_t corner_room;
+  CrewBoard* board;
 };
 
 /// Bytes that the launch gave to a block.
@@ -409,7 +410,7 @@ __device__ __forceinline__ void project_contacts_of_cluster(const ClusterArrays&
   });
   const auto meet_all = [] { meet(kProjectBarrier, kThreads); };
   meet_all();
-  ContactCrew crew(count, meet_all);
+  ContactCrew crew(count, *memory.board, meet_all);
   const auto project_from = [&](const auto& from) {
     own.begin(from);
     crew.wait();
@@ -508,7 +509,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
                              start + layout.fetched,
                              start + layout.surfaces,
                              cluster.stage_bytes,
-                             (dynamic_shared_bytes() - layout.corners) / 16};
+                             (dynamic_shared_bytes() - layout.corners) / 16,
+                             reinterpret_cast<CrewBoard*>(bytes + layout.board)};
   const std::uint32_t rank = block_of_cluster();
   const std::uint32_t thread = threadIdx.x;
   const ClusterBlock block = cluster.blocks[rank];

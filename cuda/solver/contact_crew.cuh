@@ -34,19 +34,26 @@ __device__ inline float least_of_warp(float own) {
   return own;
 }
 
+/// What threads of a crew tell each other, in shared memory.
+struct CrewBoard {
+  Index leasts[3];
+  Index total;
+};
+
 /// Where a warp has a thread for each contact, it goes alone, for it waits for itself in a fraction
-/// of the time; else all threads of a block do. There is one in a block at a time.
+/// of the time; else all threads of a block do.
 /// @tparam Meet  () of all threads that have contacts
 template <class Meet>
 class ContactCrew {
  public:
   /// All wait() once before they do anything else.
   /// @param contacts  how many
-  __device__ ContactCrew(Index contacts, const Meet& meet)
-      : is_warp_(contacts <= kWarp), meet_(meet) {
+  /// @param board     of no other crew meanwhile
+  __device__ ContactCrew(Index contacts, CrewBoard& board, const Meet& meet)
+      : is_warp_(contacts <= kWarp), board_(board), meet_(meet) {
     if (threadIdx.x == 0) {
-      leasts()[0] = kNoLevel;
-      total() = 0;
+      board.leasts[0] = kNoLevel;
+      board.total = 0;
     }
   }
 
@@ -68,10 +75,10 @@ class ContactCrew {
       return of_warp;
     }
     // of three places one is read, the next made ready, and none of them still read by anyone
-    Index& of_all = leasts()[turn_];
+    Index& of_all = board_.leasts[turn_];
     turn_ = turn_ == 2 ? 0 : turn_ + 1;
     if (threadIdx.x == 0) {
-      leasts()[turn_] = kNoLevel;
+      board_.leasts[turn_] = kNoLevel;
     }
     if (threadIdx.x % kWarp == 0 && of_warp != kNoLevel) {
       atomicMin(&of_all, of_warp);
@@ -87,23 +94,15 @@ class ContactCrew {
       return of_warp;
     }
     if (threadIdx.x % kWarp == 0 && of_warp > 0) {
-      atomicAdd(&total(), of_warp);
+      atomicAdd(&board_.total, of_warp);
     }
     meet_();
-    return total();
+    return board_.total;
   }
 
  private:
-  [[nodiscard]] __device__ static Index* leasts() {
-    __shared__ Index all[3];
-    return all;
-  }
-  [[nodiscard]] __device__ static Index& total() {
-    __shared__ Index all;
-    return all;
-  }
-
   bool is_warp_;
+  CrewBoard& board_;
   Meet meet_;
   int turn_ = 0;
 };

@@ -200,6 +200,7 @@ __device__ __forceinline__ void go_through_contacts(const DeviceState& state, co
                                                     Index count, const Work& work) {
   struct Stage {
     Particle at_roots[kCorners * kThreads];
+    CrewBoard board;
   };
   __shared__ SharedRoom<Stage> room;
   if (count == 0) {
@@ -208,7 +209,7 @@ __device__ __forceinline__ void go_through_contacts(const DeviceState& state, co
   const auto go_through = [&](const auto& corners) {
     OwnContacts<Arrays, Moving> own(arrays, count, kThreads);
     __syncthreads();
-    ContactCrew crew(count, [] { __syncthreads(); });
+    ContactCrew crew(count, room.get().board, [] { __syncthreads(); });
     if (crew.has_this_thread()) {
       own.begin(corners);
       crew.wait();

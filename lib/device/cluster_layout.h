@@ -146,6 +146,7 @@ struct ClusterLayout {
   std::uint32_t arrived;      ///< barrier[phase_count + 1] completed by what arrives for a phase
   std::uint32_t fetched;      ///< barrier[kClusterStages] completed by the words of a round
   std::uint32_t surfaces;     ///< barrier[2] all are at home; contacts have moved them
+  std::uint32_t board;        ///< uint32[4] CrewBoard
   std::uint32_t held;         ///< uint2[slot_room] slot and index of a vertex that tools hold
   std::uint32_t touched;      ///< uint32[slot_room] slot of a vertex that tools touch
   std::uint32_t tool_counts;  ///< uint32[2] of these lists
@@ -162,7 +163,8 @@ struct ClusterLayout {
         arrived(rounds + 16 * (cluster.round_room + 1)),
         fetched(arrived + 8 * (cluster.phase_count + 1)),
         surfaces(fetched + 8 * kClusterStages),
-        held(surfaces + 16),
+        board(surfaces + 16),
+        held(board + 16),
         touched(held + 8 * cluster.slot_room),
         tool_counts(touched + 4 * cluster.slot_room),
         arrivals(tool_counts + 8),
