@@ -319,6 +319,9 @@ __device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArray
 /// Corners of contacts in the shared memory of the blocks where they are at home.
 class ClusterCorners {
  public:
+  /// Nor may a block ask for what it does not wait for: others may have left meanwhile.
+  static constexpr bool kAreNear = false;
+
   __device__ ClusterCorners(const ClusterArrays& cluster, const ClusterMemory& memory)
       : homes_(cluster.homes), slots_(memory.slots) {}
 
@@ -344,6 +347,8 @@ class ClusterCorners {
 /// Those near at hand in this block, each at its root.
 class StagedClusterCorners {
  public:
+  static constexpr bool kAreNear = true;
+
   __device__ explicit StagedClusterCorners(const ClusterMemory& memory)
       : stage_(memory.corners), room_(memory.corner_room) {}
 

@@ -5,9 +5,9 @@
 /// Contacts one after another, as far as the order matters: by levels, those of one share no
 /// corner. One block goes through them, or a part of it.
 ///
-/// Arrays are SurfaceArrays or TouchArrays. Corners have load(place, root) and store_if(moves,
-/// place, root, particle). A Moving is a contact of these while it moves its corners, and knows its
-/// level, and its gap when it last looked.
+/// Arrays are SurfaceArrays or TouchArrays. Corners have load(place, root), store_if(moves, place,
+/// root, particle) and kAreNear, whether to look at them costs little. A Moving is a contact of
+/// these while it moves its corners, and knows its level, and its gap when it last looked.
 
 #include "cuda/solver/contact_crew.cuh"
 #include "cuda/solver/kernel_support.cuh"
@@ -21,6 +21,8 @@ namespace {
 /// for_each_corner().
 class StagedCorners {
  public:
+  static constexpr bool kAreNear = true;
+
   /// @param at_roots  [holds]
   __device__ explicit StagedCorners(Particle* at_roots) : at_roots_(at_roots) {}
 
@@ -40,6 +42,8 @@ class StagedCorners {
 /// Likewise where they lie, in the memory that all blocks share.
 class CornersInPlace {
  public:
+  static constexpr bool kAreNear = false;
+
   __device__ explicit CornersInPlace(Particle* moving) : moving_(moving) {}
 
   [[nodiscard]] __device__ Particle load(Index place, Index /*root*/) const {
@@ -67,28 +71,29 @@ class OwnContacts {
         threads_(threads),
         one_(arrays, thread() < count ? thread() : 0) {}
 
-  /// Once corners are known.
+  /// Once corners are known. A thread with more than one contact looks at each in for_each().
   template <class Corners>
   __device__ void begin(const Corners& corners) {
-    one_.begin(corners);
+    if (has_one()) {
+      one_.begin(corners);
+    }
   }
 
-  /// Once corners have moved. Where a thread has more than one contact, it looks at each anew.
+  /// Once corners have moved.
   template <class Corners>
   __device__ void look(const Corners& corners) {
-    one_.look(corners);
+    if (has_one()) {
+      one_.look(corners);
+    }
   }
 
   /// @param visit  (contact): whether it has changed
   template <class Corners, class Visit>
   __device__ void for_each(const Corners& corners, const Visit& visit) {
-    if (count_ <= threads_) {
-      if (thread() < count_) {
-        visit(one_);
-      }
-      return;
+    if (has_one()) {
+      visit(one_);
     }
-    for (Index c = thread(); c < count_; c += threads_) {
+    for (Index c = thread(); count_ > threads_ && c < count_; c += threads_) {
       Moving contact(arrays_, c);
       contact.begin(corners);
       if (visit(contact)) {
@@ -110,13 +115,14 @@ class OwnContacts {
 
   /// Puts them back.
   __device__ void end() const {
-    if (count_ <= threads_ && thread() < count_) {
+    if (has_one()) {
       one_.put_back(arrays_, thread());
     }
   }
 
  private:
   [[nodiscard]] __device__ static Index thread() { return static_cast<Index>(threadIdx.x); }
+  [[nodiscard]] __device__ bool has_one() const { return count_ <= threads_ && thread() < count_; }
 
   const Arrays& arrays_;
   Index count_, threads_;
@@ -138,19 +144,22 @@ __device__ __forceinline__ Index next_level(Crew& crew, Own& own, const Corners&
   return crew.least(own_level);
 }
 
-/// All contacts, one level after another. Where few act, from one level with such a contact to the
-/// next, which takes half as long again for a level.
+/// All contacts, one level after another. Where few act, and corners are near, from one level with
+/// such a contact to the next, which takes half as long again for a level.
 /// @param crew  all of a block, or a warp
 template <class Crew, class Own, class Corners>
 __device__ __forceinline__ void project(Crew& crew, Own& own, const Corners& corners,
                                         Index levels) {
   const auto acts = [](const auto& contact) { return contact.acts(); };
-  bool acts_any = false;
-  own.for_each(corners, [&](const auto& contact) {
-    acts_any = acts_any || acts(contact);
-    return false;
-  });
-  const bool skips = 3 * crew.count(acts_any) < 2 * levels;
+  bool skips = false;
+  if constexpr (Corners::kAreNear) {
+    bool acts_any = false;
+    own.for_each(corners, [&](const auto& contact) {
+      acts_any = acts_any || acts(contact);
+      return false;
+    });
+    skips = 3 * crew.count(acts_any) < 2 * levels;
+  }
   for (Index level = 0;; ++level) {
     level = skips ? next_level(crew, own, corners, level, acts) : level;
     if (level >= levels) {
