@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "bench/contact/blocks.h"
 #include "bench/support/neo_hookean.h"
+#include "bench/support/static_energy.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
@@ -42,21 +45,51 @@ ContactOutcome press_between_plates(const SolverOptions& options) {
   return compare(solver.tool_force(plate).z(), -stress * kSide * kSide);
 }
 
-// N, with which a ball or a bar answers that is pressed into a block whose bottom is fixed.
-double press_block(const SolverOptions& options, TetMesh mesh, const Capsule& capsule,
-                   const Eigen::Vector2f& place, double depth) {
-  Scene scene = scene_of(std::move(mesh), neo_hookean(kModulus, kRatio));
-  double bottom = 0;
-  for (const Eigen::Vector3d& x : scene.positions()) {
-    bottom = std::min(bottom, x.z());
+// A ball, a bar or a plate that is pressed into a block whose bottom is fixed.
+class PressedBlock {
+ public:
+  PressedBlock(const SolverOptions& options, TetMesh mesh, const Capsule& capsule,
+               const Eigen::Vector2f& place, double depth)
+      : scene_(block_of(std::move(mesh))), solver_(scene_, damped(options)) {
+    const Eigen::Vector3f touch(place.x(), place.y(), capsule.radius);
+    tool_ = solver_.add_tool({&capsule, 1}, at(touch), kSmooth);
+    press(solver_, tool_, touch, depth);
   }
-  scene.fix_vertices(0, vertices_below(scene, bottom + 1e-9));
-  Solver solver(scene, damped(options));
-  const Eigen::Vector3f touch(place.x(), place.y(), capsule.radius);
-  const ToolId tool = solver.add_tool({&capsule, 1}, at(touch), kSmooth);
-  press(solver, tool, touch, depth);
-  return solver.tool_force(tool).z();
-}
+
+  // N, with which it answers.
+  [[nodiscard]] double force() const { return solver_.tool_force(tool_).z(); }
+
+  // Beside the static solution of the same mesh, with what the tool touches held where it is.
+  [[nodiscard]] ContactOutcome beside_statics() const {
+    std::vector<Index> held;
+    for (const ToolContact& contact : solver_.tool_contacts(tool_)) {
+      for (std::size_t k = 0; k < 3 && contact.force.norm() > 0; ++k) {
+        if (contact.vertices[k] != kInvalidIndex) {
+          held.push_back(contact.vertices[k]);
+        }
+      }
+    }
+    std::ranges::sort(held);
+    const auto repeated = std::ranges::unique(held);
+    held.erase(repeated.begin(), repeated.end());
+    return compare(force(), rest_with_held(scene_, held, solver_.positions()).force.z());
+  }
+
+ private:
+  static Scene block_of(TetMesh mesh) {
+    Scene scene = scene_of(std::move(mesh), neo_hookean(kModulus, kRatio));
+    double bottom = 0;
+    for (const Eigen::Vector3d& x : scene.positions()) {
+      bottom = std::min(bottom, x.z());
+    }
+    scene.fix_vertices(0, vertices_below(scene, bottom + 1e-9));
+    return scene;
+  }
+
+  Scene scene_;
+  Solver solver_;
+  ToolId tool_{};
+};
 
 // A smooth ball on a half space (Hertz 1882; Johnson, "Contact Mechanics", 4.2).
 // @param edges  that the radius of the contact has
@@ -68,12 +101,14 @@ ContactOutcome press_ball(const SolverOptions& options, int edges) {
   const Capsule ball{{0, 0, 0}, {0, 0, 0}, static_cast<float>(kRadius)};
   const TetMesh mesh =
       make_graded_block({contact / edges, 1.3 * contact, 10 * contact, 10 * contact});
-  return compare(press_block(options, mesh, ball, {0, 0}, kDepth), force);
+  return compare(PressedBlock(options, mesh, ball, {0, 0}, kDepth).force(), force);
 }
 
-// A block of edges of 3 mm.
+constexpr float kCoarseEdge = 3e-3F;
+
+// A block of such edges.
 TetMesh coarse_block() {
-  constexpr double kEdge = 3e-3;
+  constexpr double kEdge = kCoarseEdge;
   const TetMesh cubes = testing::make_box({10, 10, 5}, kEdge);
   std::vector<Eigen::Vector3d> positions;
   for (const Eigen::Vector3d& x : cubes.positions()) {
@@ -87,8 +122,16 @@ ContactOutcome press_hook(const SolverOptions& options, const Capsule& hook,
                           const Eigen::Vector2f& place) {
   constexpr double kDepth = 1e-3;
   const TetMesh fine = make_graded_block({0.3e-3, 1.5e-3, 15e-3, 15e-3});
-  return compare(press_block(options, coarse_block(), hook, 3e-3F * place, kDepth),
-                 press_block(options, fine, hook, {0, 0}, kDepth));
+  return compare(PressedBlock(options, coarse_block(), hook, kCoarseEdge * place, kDepth).force(),
+                 PressedBlock(options, fine, hook, {0, 0}, kDepth).force());
+}
+
+// What the tissue of a coarse mesh answers is its own statics.
+ContactOutcome press_coarse_block(const SolverOptions& options, const Capsule& capsule,
+                                  const Eigen::Vector2f& place) {
+  constexpr double kDepth = 1e-3;
+  return PressedBlock(options, coarse_block(), capsule, kCoarseEdge * place, kDepth)
+      .beside_statics();
 }
 
 constexpr float kFriction = 0.3F;
@@ -164,7 +207,6 @@ ContactOutcome weigh(const SolverOptions& options) {
 }
 
 ContactOutcome overlap(const SolverOptions& options) {
-  constexpr double kEdge = 3e-3;
   Scene scene = scene_of(coarse_block(), neo_hookean(kModulus, kRatio));
   scene.fix_vertices(0, vertices_below(scene, -15e-3 + 1e-9));
   Solver solver(scene, damped(options));
@@ -172,7 +214,7 @@ ContactOutcome overlap(const SolverOptions& options) {
   const Eigen::Vector3f touch(0.7e-3F, 1.1e-3F, bar.radius);
   const ToolId tool = solver.add_tool({&bar, 1}, at(touch), kSmooth);
   press(solver, tool, touch, 2e-3);
-  return compare_to_zero(1e3 * overlap_of(solver, tool), 1e3 * kEdge);
+  return compare_to_zero(1e3 * overlap_of(solver, tool), 1e3 * kCoarseEdge);
 }
 
 }  // namespace
@@ -188,6 +230,8 @@ ContactOutcome compare_to_zero(double value, double unit) {
 std::vector<ContactCase> contact_cases() {
   const Capsule tip{{0, 0, 0}, {0, 0, 20e-3F}, 1e-3F};
   const Capsule shaft{{-10e-3F, 0, 0}, {10e-3F, 0, 0}, 1e-3F};
+  const Capsule ball{{0, 0, 0}, {0, 0, 0}, 5e-3F};
+  const Capsule plate{{-4e-3F, -3e-3F, 0}, {4e-3F, -3e-3F, 0}, 1e-3F, {0, 6e-3F, 0}};
   const char* const hertz = "Hertz 1882, ball of 5 mm, 1 mm deep, 10 kPa, 0.45";
   const char* const finer = "edges of 0.3 mm";
   std::vector<ContactCase> cases{
@@ -211,6 +255,14 @@ std::vector<ContactCase> contact_cases() {
                      finer, 20, false, [shaft, place](const SolverOptions& options) {
                        return press_hook(options, shaft, place.cells);
                      }});
+    for (const auto& [name, capsule] : {std::pair("tip", tip), std::pair("shaft", shaft),
+                                        std::pair("ball", ball), std::pair("plate", plate)}) {
+      cases.push_back({std::string(name) + " above " + place.name + " of 3 mm, on that mesh", "N",
+                       "statics of the mesh", 1, true,
+                       [capsule = capsule, place](const SolverOptions& options) {
+                         return press_coarse_block(options, capsule, place.cells);
+                       }});
+    }
   }
   cases.push_back({"block sticks at 0.95 of the angle of friction, 1 s", "mm", "none of an edge",
                    0.1, true, stick});
