@@ -259,9 +259,9 @@ __device__ inline bool find_contact(const DeviceState& state, const SurfaceArray
   found.firmness = kPlainFirmness;
   if (found.swept != kInvalidIndex && state.fixed_points != nullptr) {
     const SweptCapsule& capsule = meeters.swept[found.swept];
-    const float thickness = thickness_of(capsule.now, found.contact.feature, [&](Index place) {
-      return load_motion(state, place).end;
-    });
+    const float thickness =
+        thickness_of(capsule.now, found.contact.feature, found.contact.normal,
+                     [&](Index place) { return load_motion(state, place).end; });
     found.firmness = firmness_of(__ldg(surfaces.firmness + found.contact.feature.places[0]),
                                  thickness, capsule.relative_way());
   }

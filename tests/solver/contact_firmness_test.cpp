@@ -115,10 +115,14 @@ TEST_CASE("contact firmness: falls with the tool's way and its thickness", "[uni
   CHECK(SweptCapsule{before, now}.relative_way() == 2.5F);  // of the longer end
   const std::array<Vec3<float>, 3> places{{{0, 0, 0}, {0, 4, 0}, {0, 0, 8}}};
   const auto position_of = [&](Index place) { return places[place]; };
-  CHECK(thickness_of(now, {{0}}, position_of) == kInfinity);
-  CHECK(thickness_of(now, {{0, 1}}, position_of) == 1);
-  CHECK(thickness_of(now, {{0, 2}}, position_of) == 0.5F);
-  CHECK(thickness_of(now, {{0, 1, 2}}, position_of) == 4 / std::sqrt(80.0F));
+  constexpr Vec3<float> kUp{0, 0, 1};
+  CHECK(thickness_of(now, {{0}}, kUp, position_of) == kInfinity);
+  CHECK(thickness_of(now, {{0, 1}}, kUp, position_of) == 1);
+  CHECK(thickness_of(now, {{0, 2}}, kUp, position_of) == 0.5F);
+  CHECK(thickness_of(now, {{0, 1, 2}}, kUp, position_of) == 4 / std::sqrt(80.0F));
+  const PlacedCapsule plate{{0, 0, 0}, 0.5F, {8, 0, 0}, {0, 3, 0}};
+  CHECK(thickness_of(plate, {{0, 1}}, kUp, position_of) == 1);            // flat
+  CHECK(thickness_of(plate, {{0, 1}}, {0, 1, 0}, position_of) == 0.25F);  // on its side
 }
 
 }  // namespace pbdsurg

@@ -103,11 +103,13 @@ PBDSURG_HOST_DEVICE inline Vec3<float> at_share(const Vec3<float>& start, const 
 }
 
 /// How thick a capsule is over the longest side of a feature: infinite for a vertex, which has
-/// none.
+/// none. A plate that lies on the surface counts by its shorter side there.
+/// @param normal       unit, of the surface
 /// @param position_of  (place) -> m
 template <class PositionOf>
 PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
                                               const ContactFeature& feature,
+                                              const Vec3<float>& normal,
                                               const PositionOf& position_of) {
   using std::sqrt;
   float square = 0;
@@ -118,7 +120,14 @@ PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
       square = square < own ? own : square;
     }
   }
-  return square > 0 ? 2 * capsule.radius / sqrt(square) : kInfinity;
+  const auto length_there = [&](const Vec3<float>& way) {
+    const float up = dot(normal, way), flat = dot(way, way) - up * up;
+    return flat > 0 ? sqrt(flat) : 0.0F;
+  };
+  const float along = length_there(capsule.end - capsule.start);
+  const float across = length_there(capsule.across);
+  const float width = 2 * capsule.radius + (along < across ? along : across);
+  return square > 0 ? width / sqrt(square) : kInfinity;
 }
 
 /// What holds all corners of a feature through the substep.
