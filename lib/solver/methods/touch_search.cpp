@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <tuple>
 
 #include "lib/solver/methods/edge_touches.h"
 #include "lib/solver/methods/touch_meeting.h"
@@ -17,8 +16,8 @@ namespace {
 
 using Vector = Vec3<float>;
 
-// Candidates a vertex, of all and of one: with more, lists grow in a step.
-constexpr std::size_t kRoom = 8, kRoomOfOne = 256;
+// Candidates and slots a vertex, and candidates of one: with more, lists grow in a step.
+constexpr std::size_t kRoom = 8, kRoomOfSlots = 2, kRoomOfOne = 256;
 
 // The search of one copy.
 class TouchSearch {
@@ -33,12 +32,8 @@ class TouchSearch {
       search();
     }
     touches_.contacts.clear();
-    const std::vector<TouchCandidate>& candidates = touches_.search.candidates;
-    for (auto first = candidates.begin(); first != candidates.end();) {
-      const auto end = std::find_if(first, candidates.end(),
-                                    [&](const TouchCandidate& c) { return c.slot != first->slot; });
-      meet({first, end});
-      first = end;
+    for (const TouchCandidates& candidates : touches_.search.slots) {
+      meet(candidates);
     }
     for (const EdgeCandidate& candidate : touches_.search.edges) {
       const ContactPair& pair = bodies_.pairs()[candidate.pair];
@@ -78,6 +73,7 @@ class TouchSearch {
         }
         const Vector d = x - search.seen[i];
         const float moved = dot(d, d), ahead = std::min(start_.square_of_way(place), most * most);
+        search.moved_squares[static_cast<std::size_t>(place)] = moved;
         most_moved = std::max(most_moved, moved);
         most_ahead = std::max(most_ahead, ahead);
       });
@@ -94,6 +90,7 @@ class TouchSearch {
     search.seen.resize(static_cast<std::size_t>(bodies_.vertex_count()));
     const std::span<const ContactBodies::Body> bodies = bodies_.bodies();
     search.moved.assign(bodies.size(), 0);
+    search.moved_squares.assign(start_.positions().size(), 0);
     most_way_ = 0;
     for (const ContactBodies::Body& body : bodies) {
       for_each_vertex(body, [&](Index place, std::size_t i) {
@@ -114,8 +111,10 @@ class TouchSearch {
     }
     search.revision = bodies_.revision();
     search.candidates.clear();
+    search.slots.clear();
     search.edges.clear();
     search.candidates.reserve(kRoom * search.seen.size());
+    search.slots.reserve(kRoomOfSlots * search.seen.size());
     search.edges.reserve(kRoom * search.seen.size());
     search.near.reserve(kRoomOfOne);
     const std::span<const ContactPair> pairs = bodies_.pairs();
@@ -128,9 +127,7 @@ class TouchSearch {
       }
       find_edges(start_, bodies_, static_cast<Index>(p), reach_of(pairs[p]), search);
     }
-    std::ranges::sort(search.candidates, {}, [](const TouchCandidate& candidate) {
-      return std::tuple(candidate.slot, candidate.triangle);
-    });
+    std::ranges::sort(search.slots, {}, &TouchCandidates::slot);
     std::ranges::sort(search.edges, {}, &EdgeCandidate::slot);
   }
 
@@ -140,6 +137,7 @@ class TouchSearch {
     const float thickness = bodies_.pairs()[pair].contact.thickness;
     const float reach = reach_of(bodies_.pairs()[pair]);
     for (const Index place : from.places) {
+      const std::size_t before = search.candidates.size();
       const Vector x = start(place);
       visit_near(tree, {x, x}, reach, [&](Index t) {
         const Index* const corners = corners_of(to, t);
@@ -147,9 +145,17 @@ class TouchSearch {
         if (find_near(start_, place, corners, nullptr, near) && near.distance < reach &&
             bodies_.rules().may_meet(place, corners, from.body == to.body,
                                      kDeepestTouch * thickness)) {
-          search.candidates.push_back({slot_of_vertex(place, to.body), pair, t, near.distance});
+          search.candidates.push_back({t, near.distance});
         }
       });
+      const std::span<TouchCandidate> own = std::span(search.candidates).subspan(before);
+      if (!own.empty()) {
+        std::ranges::sort(own, {}, &TouchCandidate::triangle);
+        const auto nearest = std::ranges::min_element(own, {}, &TouchCandidate::distance);
+        search.slots.push_back({slot_of_vertex(place, to.body), pair, static_cast<Index>(before),
+                                static_cast<Index>(own.size()),
+                                static_cast<Index>(nearest - own.begin())});
+      }
     }
   }
 
@@ -167,41 +173,68 @@ class TouchSearch {
     return body.triangles[triangle].data();
   }
 
+  // m, of rounding.
+  [[nodiscard]] float rounding() const { return 1e-3F * start_.thickest(); }
+
   // m, what both bodies of a pair may have come nearer since the last search.
   [[nodiscard]] float nearer_by(const ContactPair& pair) const {
-    constexpr float kRounding = 1e-3F;  // of a thickness
     const std::vector<float>& moved = touches_.search.moved;
     return moved[index_of(bodies_.body(pair.first))] + moved[index_of(bodies_.body(pair.second))] +
-           kRounding * start_.thickest();
+           rounding();
+  }
+
+  // m^2, that a place has moved since then.
+  [[nodiscard]] float square_moved(Index place) const {
+    return touches_.search.moved_squares[static_cast<std::size_t>(place)];
+  }
+
+  // Whether anything that a vertex may meet can have come within a limit, m.
+  [[nodiscard]] bool is_any_near(const TouchCandidates& slot, const ContactBodies::Body& body,
+                                 float limit) const {
+    const TouchCandidate& nearest = candidates_of(slot)[static_cast<std::size_t>(slot.nearest)];
+    return nearest.distance - std::sqrt(square_moved(slot.slot.place)) - rounding() -
+               touches_.search.moved[index_of(body)] <
+           limit;
   }
 
   // Lists what may be nearest.
-  // @param limit      m, what is no nearer does not count
-  // @param nearer_by  m, than candidates were
-  // @return           m, the least distance
-  float list_near(std::span<const TouchCandidate> candidates, const ContactBodies::Body& body,
-                  float limit, float nearer_by, const Vector* left) {
+  // @param limit  m, what is no nearer does not count
+  // @return       m, the least distance
+  float list_near(const TouchCandidates& slot, const ContactBodies::Body& body, float limit,
+                  const Vector* left) {
     std::vector<NearPoint>& near = touches_.search.near;
     near.clear();
-    const auto likely = std::ranges::min_element(candidates, {}, &TouchCandidate::distance);
-    if (!(likely->distance - nearer_by < limit)) {
-      return limit;
-    }
-    const Index place = candidates.front().slot.place;
+    const Index place = slot.slot.place;
+    const float own_way = std::sqrt(square_moved(place)) + rounding();
+    const std::span<const TouchCandidate> candidates = candidates_of(slot);
+    const TouchCandidate& likely = candidates[static_cast<std::size_t>(slot.nearest)];
+    const float moved = touches_.search.moved[index_of(body)];
     NearPoint likely_point, point;
     float least = limit;
+    // whether a candidate may be as near as that, by what its body, then by what its corners moved
+    const auto may_be_nearest = [&](const TouchCandidate& candidate) {
+      const float beyond = candidate.distance - own_way - (1 + kAsNear) * least;
+      if (beyond > moved) {
+        return false;
+      }
+      const Index* const corners = corners_of(body, candidate.triangle);
+      const float square =
+          std::max({square_moved(corners[0]), square_moved(corners[1]), square_moved(corners[2])});
+      return !(beyond > 0) || beyond * beyond <= square;
+    };
     const bool has_likely =
-        find_near(start_, place, corners_of(body, likely->triangle), left, likely_point);
+        may_be_nearest(likely) &&
+        find_near(start_, place, corners_of(body, likely.triangle), left, likely_point);
     if (has_likely) {
       least = std::min(least, likely_point.distance);
     }
-    for (auto c = candidates.begin(); c != candidates.end(); ++c) {
-      if (c == likely) {
+    for (const TouchCandidate& candidate : candidates) {
+      if (&candidate == &likely) {
         if (has_likely) {
           near.push_back(likely_point);
         }
-      } else if (c->distance - nearer_by <= (1 + kAsNear) * least &&
-                 find_near(start_, place, corners_of(body, c->triangle), left, point)) {
+      } else if (may_be_nearest(candidate) &&
+                 find_near(start_, place, corners_of(body, candidate.triangle), left, point)) {
         least = std::min(least, point.distance);
         near.push_back(point);
       }
@@ -225,17 +258,26 @@ class TouchSearch {
     return found != all.end() ? &*found : nullptr;
   }
 
-  void meet(std::span<const TouchCandidate> candidates) {
-    const TouchSlot& slot = candidates.front().slot;
-    const ContactPair& pair = bodies_.pairs()[candidates.front().pair];
+  [[nodiscard]] std::span<const TouchCandidate> candidates_of(const TouchCandidates& slot) const {
+    return std::span(touches_.search.candidates)
+        .subspan(static_cast<std::size_t>(slot.first), static_cast<std::size_t>(slot.count));
+  }
+
+  void meet(const TouchCandidates& candidates) {
+    const TouchSlot& slot = candidates.slot;
+    const ContactPair& pair = bodies_.pairs()[candidates.pair];
     const float thickness = pair.contact.thickness;
     if (!is_finite_way(start(slot.place))) {
       return;
     }
     const ContactBodies::Body& body = bodies_.body(slot.body);
+    const float limit = limit_of(pair);
+    if (!is_any_near(candidates, body, limit)) {
+      return;
+    }
     const RememberedTouch* const known = start_.find_remembered(slot);
     const Vector* const left = known != nullptr && !body.is_two_sided ? &known->normal : nullptr;
-    const float least = list_near(candidates, body, limit_of(pair), nearer_by(pair), left);
+    const float least = list_near(candidates, body, limit, left);
     const NearPoint* const nearest = find_nearest(least);
     if (nearest == nullptr) {
       return;
@@ -251,7 +293,9 @@ class TouchSearch {
     }
     const PassedEdge passed(start_, slot.place, *nearest, normal, thickness);
     float most_clear = passed.clear();
-    for (const TouchCandidate& candidate : passed.has_any() ? candidates : decltype(candidates){}) {
+    const std::span<const TouchCandidate> faces =
+        passed.has_any() ? candidates_of(candidates) : std::span<const TouchCandidate>();
+    for (const TouchCandidate& candidate : faces) {
       NearPoint face;
       float clear = 0;
       if (passed.find_face(start_, corners_of(body, candidate.triangle), face, clear) &&

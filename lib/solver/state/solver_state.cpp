@@ -276,7 +276,8 @@ std::size_t CopyState::memory_bytes() const noexcept {
     bytes += tool.grip.memory_bytes();
   }
   bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.search.seen,
-                                          touches.search.candidates, touches.search.edges,
+                                          touches.search.moved_squares, touches.search.candidates,
+                                          touches.search.slots, touches.search.edges,
                                           touches.search.near);
   for (const std::vector<TouchTree>* trees : {&touches.search.trees, &touches.search.edge_trees}) {
     for (const TouchTree& tree : *trees) {

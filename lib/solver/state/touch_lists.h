@@ -31,10 +31,16 @@ struct TouchTree {
 
 /// A triangle, or a link, that a vertex may meet.
 struct TouchCandidate {
-  TouchSlot slot;
-  Index pair;      ///< of ContactBodies
   Index triangle;  ///< of the body
   float distance;  ///< m, when it was found
+};
+
+/// Those of a vertex and a body.
+struct TouchCandidates {
+  TouchSlot slot;
+  Index pair;          ///< of ContactBodies
+  Index first, count;  ///< in the order of triangles
+  Index nearest;       ///< of these, when they were found
 };
 
 /// Edges that may meet.
@@ -57,15 +63,17 @@ struct TissueTouches {
   /// All that vertices and edges may meet before anything has moved by `slack` from where it was
   /// seen. What it holds beyond that changes no result.
   struct Search {
-    std::uint64_t revision = 0;              ///< of ContactBodies; zero: there was none
-    float slack = 0;                         ///< m
-    std::vector<Vec3<float>> seen;           ///< [vertices of ContactBodies] m
-    std::vector<float> moved;                ///< [bodies of ContactBodies] m, at most since then
-    std::vector<TouchTree> trees;            ///< [bodies of ContactBodies]
-    std::vector<TouchTree> edge_trees;       ///< likewise, of their edges
-    std::vector<TouchCandidate> candidates;  ///< in the order of slots and triangles
-    std::vector<EdgeCandidate> edges;        ///< in the order of slots
-    std::vector<NearPoint> near;             ///< of one vertex, while contacts are found
+    std::uint64_t revision = 0;         ///< of ContactBodies; zero: there was none
+    float slack = 0;                    ///< m
+    std::vector<Vec3<float>> seen;      ///< [vertices of ContactBodies] m
+    std::vector<float> moved;           ///< [bodies of ContactBodies] m, at most since then
+    std::vector<float> moved_squares;   ///< [place] m^2, likewise; of those that bodies have
+    std::vector<TouchTree> trees;       ///< [bodies of ContactBodies]
+    std::vector<TouchTree> edge_trees;  ///< likewise, of their edges
+    std::vector<TouchCandidate> candidates;
+    std::vector<TouchCandidates> slots;  ///< in the order of slots
+    std::vector<EdgeCandidate> edges;    ///< in the order of slots
+    std::vector<NearPoint> near;         ///< of one vertex, while contacts are found
   } search;
 };
 
