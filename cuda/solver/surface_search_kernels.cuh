@@ -260,8 +260,8 @@ __device__ inline bool find_contact(const DeviceState& state, const SurfaceArray
   if (found.swept != kInvalidIndex && state.fixed_points != nullptr) {
     const SweptCapsule& capsule = meeters.swept[found.swept];
     const float thickness =
-        thickness_of(capsule.now, found.contact.feature, found.contact.normal,
-                     [&](Index place) { return load_motion(state, place).end; });
+        relative_thickness(capsule.now, found.contact.feature, found.contact.normal,
+                           [&](Index place) { return load_motion(state, place).end; });
     found.firmness = firmness_of(__ldg(surfaces.firmness + found.contact.feature.places[0]),
                                  thickness, capsule.relative_way());
   }

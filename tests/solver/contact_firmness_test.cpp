@@ -116,13 +116,16 @@ TEST_CASE("contact firmness: falls with the tool's way and its thickness", "[uni
   const std::array<Vec3<float>, 3> places{{{0, 0, 0}, {0, 4, 0}, {0, 0, 8}}};
   const auto position_of = [&](Index place) { return places[place]; };
   constexpr Vec3<float> kUp{0, 0, 1};
-  CHECK(thickness_of(now, {{0}}, kUp, position_of) == kInfinity);
-  CHECK(thickness_of(now, {{0, 1}}, kUp, position_of) == 1);
-  CHECK(thickness_of(now, {{0, 2}}, kUp, position_of) == 0.5F);
-  CHECK(thickness_of(now, {{0, 1, 2}}, kUp, position_of) == 4 / std::sqrt(80.0F));
+  CHECK(relative_thickness(now, {{0}}, kUp, position_of) == kInfinity);
+  CHECK(relative_thickness(now, {{0, 1}}, kUp, position_of) == 1);
+  CHECK(relative_thickness(now, {{0, 2}}, kUp, position_of) == 0.5F);
+  CHECK(relative_thickness(now, {{0, 1, 2}}, kUp, position_of) == 4 / std::sqrt(80.0F));
   const PlacedCapsule plate{{0, 0, 0}, 0.5F, {8, 0, 0}, {0, 3, 0}};
-  CHECK(thickness_of(plate, {{0, 1}}, kUp, position_of) == 1);            // flat
-  CHECK(thickness_of(plate, {{0, 1}}, {0, 1, 0}, position_of) == 0.25F);  // on its side
+  CHECK(relative_thickness(plate, {{0, 1}}, kUp, position_of) == 1);  // flat
+  CHECK(thickness_of(plate, kUp) == 4);
+  CHECK(thickness_of(plate, {0, 0.125F, std::sqrt(63.0F / 64)}) == 1 + 3 * 0.75F);
+  CHECK(thickness_of(plate, {0, 0.25F, std::sqrt(15.0F / 16)}) == 1);
+  CHECK(thickness_of(plate, {0, 1, 0}) == 1);  // on its side
 }
 
 }  // namespace pbdsurg

@@ -102,15 +102,32 @@ PBDSURG_HOST_DEVICE inline Vec3<float> at_share(const Vec3<float>& start, const 
   return share < 1 ? start + share * (end - start) : end;
 }
 
-/// How thick a capsule is over the longest side of a feature: infinite for a vertex, which has
-/// none. A plate that lies on the surface counts by its shorter side there.
-/// @param normal       unit, of the surface
+/// m, how thick a capsule is for what touches it: a plate is as thick as its shorter side where its
+/// flat does, and its rim is that of a rod, from a lean of 15 degrees on.
+/// @param normal  unit, of the contact
+PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
+                                              const Vec3<float>& normal) {
+  using std::sqrt;
+  constexpr float kSteep = 16;  // over the square of the sine
+  if (!capsule.is_plate()) {
+    return 2 * capsule.radius;
+  }
+  const Vec3<float> way = capsule.end - capsule.start;
+  const float along = dot(way, way), across = dot(capsule.across, capsule.across);
+  const float up_along = dot(normal, way), up_across = dot(normal, capsule.across);
+  const float lean =
+      (along > 0 ? up_along * up_along / along : 0.0F) + up_across * up_across / across;
+  const float flat = 1 - kSteep * lean;
+  return 2 * capsule.radius + (flat > 0 ? flat : 0.0F) * sqrt(along < across ? along : across);
+}
+
+/// That over the longest side of a feature: infinite for a vertex, which has none.
 /// @param position_of  (place) -> m
 template <class PositionOf>
-PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
-                                              const ContactFeature& feature,
-                                              const Vec3<float>& normal,
-                                              const PositionOf& position_of) {
+PBDSURG_HOST_DEVICE inline float relative_thickness(const PlacedCapsule& capsule,
+                                                    const ContactFeature& feature,
+                                                    const Vec3<float>& normal,
+                                                    const PositionOf& position_of) {
   using std::sqrt;
   float square = 0;
   for (int k = 1; k < 3; ++k) {
@@ -120,14 +137,7 @@ PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
       square = square < own ? own : square;
     }
   }
-  const auto length_there = [&](const Vec3<float>& way) {
-    const float up = dot(normal, way), flat = dot(way, way) - up * up;
-    return flat > 0 ? sqrt(flat) : 0.0F;
-  };
-  const float along = length_there(capsule.end - capsule.start);
-  const float across = length_there(capsule.across);
-  const float width = 2 * capsule.radius + (along < across ? along : across);
-  return square > 0 ? width / sqrt(square) : kInfinity;
+  return square > 0 ? thickness_of(capsule, normal) / sqrt(square) : kInfinity;
 }
 
 /// What holds all corners of a feature through the substep.

@@ -27,8 +27,8 @@ float own_firmness(const StepContext& step, const ToolState& tool, const Surface
   }
   const SweptCapsule swept = swept_capsule(tool, static_cast<std::size_t>(contact.capsule));
   const MovingVertices vertices = moving_vertices(step);
-  const float thickness = thickness_of(swept.now, contact.feature, contact.normal,
-                                       [&](Index place) { return vertices.position(place); });
+  const float thickness = relative_thickness(swept.now, contact.feature, contact.normal,
+                                             [&](Index place) { return vertices.position(place); });
   return firmness_of(step.data.contact_firmness.at(contact.feature.places[0]), thickness,
                      swept.relative_way());
 }
