@@ -123,8 +123,8 @@ TEST_CASE("contact firmness: falls with the tool's way and its thickness", "[uni
   const PlacedCapsule plate{{0, 0, 0}, 0.5F, {8, 0, 0}, {0, 3, 0}};
   CHECK(relative_thickness(plate, {{0, 1}}, kUp, position_of) == 1);  // flat
   CHECK(thickness_of(plate, kUp) == 4);
-  CHECK(thickness_of(plate, {0, 0.125F, std::sqrt(63.0F / 64)}) == 1 + 3 * 0.75F);
-  CHECK(thickness_of(plate, {0, 0.25F, std::sqrt(15.0F / 16)}) == 1);
+  CHECK(thickness_of(plate, {0, 0.25F, std::sqrt(15.0F / 16)}) == 1 + 3 * 0.75F);
+  CHECK(thickness_of(plate, {0, 0.5F, std::sqrt(0.75F)}) == 1);
   CHECK(thickness_of(plate, {0, 1, 0}) == 1);  // on its side
 }
 

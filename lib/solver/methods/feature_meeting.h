@@ -103,12 +103,12 @@ PBDSURG_HOST_DEVICE inline Vec3<float> at_share(const Vec3<float>& start, const 
 }
 
 /// m, how thick a capsule is for what touches it: a plate is as thick as its shorter side where its
-/// flat does, and its rim is that of a rod, from a lean of 15 degrees on.
+/// flat does, and its rim is that of a rod, from a lean of 30 degrees on.
 /// @param normal  unit, of the contact
 PBDSURG_HOST_DEVICE inline float thickness_of(const PlacedCapsule& capsule,
                                               const Vec3<float>& normal) {
   using std::sqrt;
-  constexpr float kSteep = 16;  // over the square of the sine
+  constexpr float kSteep = 4;  // over the square of the sine
   if (!capsule.is_plate()) {
     return 2 * capsule.radius;
   }
