@@ -120,8 +120,12 @@ StepReport Solver::finish_step() {
   const int substeps =
       data_->report.stalled ? 0 : data_->part.before + data_->part.division.substeps;
   data_->report.substeps = substeps;
+  data_->report.fast_tools = 0;
   for (Index i = 0; i < data_->copy_count(); ++i) {
-    data_->copy(i).last_report.substeps = substeps;
+    CopyState& copy = data_->copy(i);
+    copy.last_report.substeps = substeps;
+    copy.last_report.fast_tools = copy.fast_tools;
+    data_->report.fast_tools += copy.fast_tools;
   }
   const Index interval = data_->options.convergence_interval;
   if (interval > 0 && ++data_->steps_since_convergence == interval) {

@@ -353,10 +353,11 @@ StepPart part_after(const StepPart& part, float dt, double longest, int most) no
   return first_part(next, most);
 }
 
-StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions& options) noexcept {
+StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions& options,
+                         int least_substeps) noexcept {
   StepDivision division{options.substeps, options.iterations};
   if (options.substeps == kAutomatic) {
-    division.substeps = whole(double{dt} / double{rule.longest});
+    division.substeps = std::max(least_substeps, whole(double{dt} / double{rule.longest}));
   }
   if (is_explicit(options)) {
     division.sweeps = 1;

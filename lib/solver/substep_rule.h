@@ -94,8 +94,10 @@ struct StepPart {
                                   int most) noexcept;
 
 /// @param dt  s, > 0
+/// @param least_substeps  where they are automatic
 [[nodiscard]] PBDSURG_API StepDivision divide_step(float dt, const SubstepRule& rule,
-                                                   const SolverOptions& options) noexcept;
+                                                   const SolverOptions& options,
+                                                   int least_substeps = 1) noexcept;
 
 /// @param rule  of explicit steps, as tissue is now
 /// @throws InvalidArgument  if options give substeps that are too few

@@ -23,6 +23,10 @@ struct StepReport {
   /// that SolverOptions::convergence_interval names; else 0.
   float convergence = 0;
   int substeps = 0;  ///< that the step took; none of one that was given up
+  /// Tools that pressed on tissue and went further than half a radius of a capsule in each substep,
+  /// although automatic substeps are up to four times as many where tools are fast. What they meet
+  /// stays on its side, but may be pressed too little or thrown off.
+  Index fast_tools = 0;
   /// A device did not go on for half a second, as no driver should let it: the step was given up.
   /// The state is that before it, no force is on a tool, and steps from now on go to the device
   /// launch by launch, which in fast mode have other bits.

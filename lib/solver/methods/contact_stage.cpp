@@ -42,21 +42,6 @@ void move(Capsule& capsule, const Eigen::Isometry3f& way) {
   capsule.across = way.linear() * capsule.across;
 }
 
-// Where capsules are at a fraction of the step: what a joint carries turns before it.
-void place_capsules(const ToolState& tool, const ToolPose& pose, float fraction,
-                    std::vector<Capsule>& placed) {
-  placed.assign(tool.capsules.begin(), tool.capsules.end());
-  for (auto state = tool.joints.rbegin(); state != tool.joints.rend(); ++state) {
-    const Eigen::Isometry3f turn = turn_of(*state, fraction);
-    for (Index c = 0; c < state->joint.capsule_count; ++c) {
-      move(placed[state->joint.first_capsule + c], turn);
-    }
-  }
-  for (Capsule& capsule : placed) {
-    move(capsule, pose);
-  }
-}
-
 void find_contacts_of(const MovingVertices& vertices, Index count,
                       const std::vector<Capsule>& capsules, std::size_t capacity,
                       std::vector<Contact>& contacts, StepReport& report) {
@@ -98,6 +83,21 @@ void begin_tools(CopyState& copy) {
     tool.force.setZero();
     tool.torque.setZero();
     begin_grip(tool.grip);
+  }
+}
+
+// What a joint carries turns before it.
+void place_capsules(const ToolState& tool, const ToolPose& pose, float fraction,
+                    std::vector<Capsule>& placed) {
+  placed.assign(tool.capsules.begin(), tool.capsules.end());
+  for (auto state = tool.joints.rbegin(); state != tool.joints.rend(); ++state) {
+    const Eigen::Isometry3f turn = turn_of(*state, fraction);
+    for (Index c = 0; c < state->joint.capsule_count; ++c) {
+      move(placed[state->joint.first_capsule + c], turn);
+    }
+  }
+  for (Capsule& capsule : placed) {
+    move(capsule, pose);
   }
 }
 

@@ -17,6 +17,11 @@ namespace pbdsurg {
 /// Clears the forces of the last step.
 void begin_tools(CopyState& copy);
 
+/// Puts capsules where a tool has them.
+/// @param fraction  of the step that its joints have turned
+void place_capsules(const ToolState& tool, const ToolPose& pose, float fraction,
+                    std::vector<Capsule>& placed);
+
 /// Puts capsules and the targets of grasped vertices where the tools and their joints are at a
 /// fraction (0, 1] of the step, and clears multipliers. All else knows placed capsules alone.
 /// @param before  where they were at the substep's start, which those that meet surfaces want

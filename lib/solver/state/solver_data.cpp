@@ -2,8 +2,10 @@
 #include "lib/solver/state/solver_data.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "lib/solver/methods/fast_tools.h"
 #include "lib/solver/methods/grip.h"
 #include "lib/solver/methods/vertex_follower.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -85,6 +87,25 @@ class ProgramFollower final : public Follower {
 };
 
 // Of a part of a step. Who says how many there are gets no more.
+// More substeps where tools are fast, and how many are too fast all the same.
+StepDivision divide_for_tools(SolverData& data, float dt, const SubstepRule& rule) {
+  const SolverOptions& options = data.options;
+  StepDivision division = divide_step(dt, rule, options);
+  float farthest = 0;
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    farthest = std::max(farthest, farthest_way(data.copy(i)));
+  }
+  if (!is_explicit(options) && farthest > kFastWay * static_cast<float>(division.substeps)) {
+    const auto most = static_cast<float>(kMostForTools * division.substeps);
+    division = divide_step(dt, rule, options,
+                           static_cast<int>(std::ceil(std::min(farthest / kFastWay, most))));
+  }
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    data.copy(i).fast_tools = farthest > 0 ? count_fast_tools(data.copy(i), division.substeps) : 0;
+  }
+  return division;
+}
+
 int most_substeps(const SolverOptions& options) noexcept {
   return is_explicit(options) && options.substeps == kAutomatic ? StableSubstep::kUnseen
                                                                 : std::numeric_limits<int>::max();
@@ -151,7 +172,7 @@ void SolverData::start_step(float dt) {
     rule.longest = static_cast<float>(stable_substep.longest(backend->stiffest(*this)));
     check_explicit_step(dt, rule, options);
   }
-  part = first_part(whole_step(dt, divide_step(dt, rule, options)), most_substeps(options));
+  part = first_part(whole_step(dt, divide_for_tools(*this, dt, rule)), most_substeps(options));
   step_length = dt;
   if (!backend->keeps_state()) {
     if (!custom.empty()) {

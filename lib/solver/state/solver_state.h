@@ -45,6 +45,7 @@ struct CopyState {
   bool is_state_current = true;                    // else the arrays above are the backend's
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
   StepReport last_report;
+  Index fast_tools = 0;  ///< of the current step: see StepReport
 
   /// m/N, as a substep takes it: see substep_numbers().
   [[nodiscard]] float grasp_compliance(const Attachment& attachment) const noexcept {
