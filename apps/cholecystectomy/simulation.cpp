@@ -193,7 +193,7 @@ void Simulation::advance(const std::optional<pbdsurg::GeneratorSettings>& settin
   totals.residual_max = std::max(totals.residual_max, totals.residual_last);
   totals.inverted_tets_max = std::max(totals.inverted_tets_max, report.inverted_tets);
   totals.non_finite_vertices = report.non_finite_vertices;
-  totals.dropped_contacts += report.dropped_contacts;
+  totals.dropped_contacts += report.dropped_contacts.total();
 }
 
 void Simulation::count(const pbdsurg::CauteryReport& report) {

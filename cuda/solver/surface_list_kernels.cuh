@@ -320,7 +320,7 @@ __global__ void __launch_bounds__(kListThreads)
   }
   if (thread == 0) {
     input->sums.contacts = (has_pushers ? input->sums.contacts : 0) + kept;
-    input->sums.dropped_contacts += dropped;
+    input->sums.dropped_contacts.at_surfaces += dropped;
   }
   list_holds(surfaces, lists, kept);
   if (thread < kWarp) {

@@ -408,7 +408,8 @@ bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_b
     size = lay_out(data, copy, size, header);
     changes_lengths = write_lengths(data, state, header) || changes_lengths;
     header.density = state.factors.density;
-    header.sums.dropped_contacts = data.part.is_first() ? 0 : before[copy].dropped_contacts;
+    header.sums.dropped_contacts =
+        data.part.is_first() ? DroppedContacts{} : before[copy].dropped_contacts;
     write_tools(data, state, copies_[copy], new (inputs + copy) StepInput(header));
   }
   PBDSURG_CUDA_CHECK(

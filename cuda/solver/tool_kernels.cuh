@@ -78,7 +78,7 @@ __device__ void keep_contacts(const ToolArrays& tools, StepInput* input) {
   }
   if (threadIdx.x == 0) {
     input->sums.contacts = all;
-    input->sums.dropped_contacts += dropped;
+    input->sums.dropped_contacts.at_vertices += dropped;
   }
 }
 

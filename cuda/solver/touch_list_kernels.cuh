@@ -279,7 +279,7 @@ __global__ void __launch_bounds__(kTouchListThreads)
       *touches.counts = count;
       touches.searches->crossing_count = 0;
       touches.searches->most_way = 0;
-      input->sums.dropped_contacts += all - count;
+      input->sums.dropped_contacts.of_bodies += all - count;
     }
   }
   __syncthreads();

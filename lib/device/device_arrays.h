@@ -11,6 +11,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/solver/step_report.h"
 
 #include "lib/device/records.h"
 #include "lib/solver/methods/coarse_kernel.h"
@@ -474,7 +475,7 @@ struct StepSums {
   Index non_finite_vertices;
   Index first_non_finite;  ///< scene vertex, or the largest Index
   Index contacts;
-  Index dropped_contacts;
+  DroppedContacts dropped_contacts;
   std::uint32_t distance_residual;  ///< bits of a float >= 0, which are ordered as it is
   std::uint32_t volume_residual;    ///< likewise
   std::uint32_t stiffest;           ///< likewise, of explicit steps: see stiffest_vertex()

@@ -111,6 +111,24 @@ void Solver::start_step(float dt) {
   data_->start_step(dt);
 }
 
+namespace {
+
+// Where options ask for it.
+void refuse_dropped_contacts(const SolverData& data) {
+  const DroppedContacts& dropped = data.report.dropped_contacts;
+  if (!data.options.refuses_dropped_contacts || dropped.total() == 0) {
+    return;
+  }
+  std::ostringstream text;
+  text << "the step is done, but " << dropped.at_vertices << " contacts of tools with vertices, "
+       << dropped.at_surfaces << " of tools with surfaces and " << dropped.of_bodies
+       << " between bodies had no room in its substeps: contact_capacity is "
+       << data.options.contact_capacity;
+  throw Error(text.str());
+}
+
+}  // namespace
+
 StepReport Solver::finish_step() {
   if (data_->step_in_flight == SolverData::Step::none) {
     throw InvalidArgument("no step was started that could be finished");
@@ -136,6 +154,7 @@ StepReport Solver::finish_step() {
     }
     data_->report.convergence = data_->last_report.convergence = static_cast<float>(largest);
   }
+  refuse_dropped_contacts(*data_);
   return data_->report;
 }
 

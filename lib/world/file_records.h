@@ -113,10 +113,12 @@ void visit_members(Record& spare, Visit& visit) {
 template <RecordOf<SolverOptions> Record, class Visit>
 void visit_members(Record& options, Visit& visit) {
   auto& [method, mode, substeps, iterations, accuracy, longest_step, damping, over_relaxation,
-         coarse_correction, integration, contact_capacity, copies, executor, math, device_strategy,
-         coloring, composition, spare, convergence_interval] = options;
+         coarse_correction, integration, contact_capacity, refuses_dropped_contacts, copies,
+         executor, math, device_strategy, coloring, composition, spare, convergence_interval] =
+      options;
   visit(method, mode, substeps, iterations, accuracy, longest_step, damping, over_relaxation);
-  visit(coarse_correction, integration, contact_capacity, copies, math, device_strategy);
+  visit(coarse_correction, integration, contact_capacity, refuses_dropped_contacts, copies);
+  visit(math, device_strategy);
   visit(coloring, composition, spare, convergence_interval);
 }
 
@@ -489,13 +491,19 @@ void visit_members(Record& tool, Visit& visit) {
   visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque, grip);
   visit(joints, is_removed, coupling, spring);
 }
+template <RecordOf<DroppedContacts> Record, class Visit>
+void visit_members(Record& dropped, Visit& visit) {
+  auto& [at_vertices, at_surfaces, of_bodies] = dropped;
+  visit(at_vertices, at_surfaces, of_bodies);
+}
 template <RecordOf<StepReport> Record, class Visit>
 void visit_members(Record& report, Visit& visit) {
   auto& [inverted_tets, non_finite_vertices, first_non_finite, first_non_finite_copy, contacts,
-         dropped_contacts, distance_residual, volume_residual, convergence, substeps, stalled] =
-      report;
+         dropped_contacts, distance_residual, volume_residual, convergence, substeps, fast_tools,
+         stalled] = report;
   visit(inverted_tets, non_finite_vertices, first_non_finite, first_non_finite_copy, contacts);
-  visit(dropped_contacts, distance_residual, volume_residual, convergence, substeps, stalled);
+  visit(dropped_contacts, distance_residual, volume_residual, convergence, substeps);
+  visit(fast_tools, stalled);
 }
 template <RecordOf<CopyFactors> Record, class Visit>
 void visit_members(Record& factors, Visit& visit) {

@@ -193,7 +193,7 @@ void Driver::note(const TissueChange& change) {
 void Driver::note(const StepReport& report) {
   reports_.mix_all(std::array{report.inverted_tets, report.non_finite_vertices,
                               report.first_non_finite, report.first_non_finite_copy,
-                              report.contacts, report.dropped_contacts});
+                              report.contacts, report.dropped_contacts.total()});
   reports_.mix(report.distance_residual);
   reports_.mix(report.volume_residual);
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 
@@ -6,8 +7,10 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
+#include "tests/support/soft_block.h"
 
 namespace pbdsurg {
 namespace {
@@ -186,7 +189,50 @@ TEST_CASE("contact: what exceeds the capacity is counted", "[unit]") {
   const StepReport report = solver.step(1e-3F);
 
   CHECK(report.contacts == 4);
-  CHECK(report.dropped_contacts == 6);
+  CHECK(report.dropped_contacts.at_vertices == 6);
+  CHECK(report.dropped_contacts.total() == 6);
+}
+
+// Would catch a class of contacts that is counted as another, and a step that is refused before it
+// is done, or not at all.
+TEST_CASE("contact: what exceeds the capacity is counted by class, and refused where asked",
+          "[unit]") {
+  constexpr double kEdge = 4e-3;
+  Scene scene = testing::make_soft_block({3, 3, 1}, kEdge);
+  const BodyId upper = scene.add_body(
+      "upper",
+      testing::placed_box({3, 3, 1}, kEdge,
+                          Eigen::Affine3d(Eigen::Translation3d(0.5e-3, 0.5e-3, kEdge + 0.4e-3))));
+  const Capsule plate{{0, 6e-3F, 0}, {12e-3F, 6e-3F, 0}, 3e-3F};
+  SolverOptions options{.contact_capacity = 2, .executor = executor::serial()};
+  const auto dropped_of = [&](bool touches, bool meets) {
+    Solver solver(scene, options);
+    if (touches) {
+      solver.add_tool({&plate, 1}, testing::at({0, 0, 2 * kEdge + 3e-3F}));
+    }
+    if (meets) {
+      solver.set_body_contact(0, upper, {.thickness = 0.5e-3F});
+    }
+    return solver.step(1e-3F).dropped_contacts;
+  };
+  const DroppedContacts of_tools = dropped_of(true, false), of_bodies = dropped_of(false, true);
+  CHECK(of_tools.at_surfaces > 0);
+  CHECK(of_tools.total() == of_tools.at_surfaces);
+  CHECK(of_bodies.of_bodies > 0);
+  CHECK(of_bodies.total() == of_bodies.of_bodies);
+
+  Solver counted(scene, options);
+  options.refuses_dropped_contacts = true;
+  Solver refused(scene, options);
+  for (Solver* solver : {&counted, &refused}) {
+    solver->set_body_contact(0, upper, {.thickness = 0.5e-3F});
+  }
+  counted.step(1e-3F);
+  CHECK_THROWS_WITH(refused.step(1e-3F), ContainsSubstring("between bodies had no room") &&
+                                             ContainsSubstring("contact_capacity is 2"));
+  CHECK(refused.state_hash() == counted.state_hash());
+  CHECK_NOTHROW(refused.clear_body_contact(0, upper));
+  CHECK_NOTHROW(refused.step(1e-3F));
 }
 
 }  // namespace pbdsurg

@@ -167,6 +167,7 @@ class PBDSURG_API Solver {
 
   /// Waits for the step that was begun.
   /// @throws InvalidArgument  if none was
+  /// @throws Error            if SolverOptions::refuses_dropped_contacts says so; the step is done
   StepReport finish_step();
 
   /// Of one copy, of the last step.

@@ -156,7 +156,11 @@ struct PBDSURG_API SolverOptions {
   /// 20,000.
   CoarseCorrection coarse_correction = CoarseCorrection::automatic;
   TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only
-  Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
+  /// Contacts of a tool in a substep, and of all bodies with each other, >= 0.
+  Index contact_capacity = 4096;
+  /// Whether a step that has more of them throws, once it is done: see
+  /// StepReport::dropped_contacts.
+  bool refuses_dropped_contacts = false;
   /// Of the scene, >= 1, stepped together: see Solver.
   Index copies = 1;
   /// Who works: executor::threads() where it is nobody, with the best vector registers that the

@@ -2,11 +2,31 @@
 #pragma once
 
 /// @file
-/// What a step has to say about itself. Physics never throws: it is reported here.
+/// What a step has to say about itself. Physics never throws, unless options ask for it: it is
+/// reported here.
 
 #include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
+
+/// Contacts of a step for which there was no room: SolverOptions::contact_capacity. Those that lie
+/// deepest, or come first, stay.
+struct DroppedContacts {
+  Index at_vertices = 0;  ///< of tools that meet vertices alone
+  Index at_surfaces = 0;  ///< of tools that meet edges and triangles, too
+  Index of_bodies = 0;    ///< between bodies
+
+  [[nodiscard]] constexpr Index total() const noexcept {
+    return at_vertices + at_surfaces + of_bodies;
+  }
+  constexpr DroppedContacts& operator+=(const DroppedContacts& other) noexcept {
+    at_vertices += other.at_vertices;
+    at_surfaces += other.at_surfaces;
+    of_bodies += other.of_bodies;
+    return *this;
+  }
+  constexpr bool operator==(const DroppedContacts&) const noexcept = default;
+};
 
 /// State after one step. Of many copies, counts are sums and residuals the largest.
 struct StepReport {
@@ -15,7 +35,7 @@ struct StepReport {
   Index first_non_finite = kInvalidIndex;  ///< scene vertex, the smallest such id of the copy below
   Index first_non_finite_copy = kInvalidIndex;  ///< the first copy that has such a vertex
   Index contacts = 0;                           ///< vertex-tool contacts in the last substep
-  Index dropped_contacts = 0;                   ///< beyond the contact capacity, over all substeps
+  DroppedContacts dropped_contacts{};           ///< over all substeps
   float distance_residual = 0;  ///< largest |C| / rest length over live edges and links; infinite
                                 ///< when one is not a number
   float volume_residual = 0;    ///< likewise over live tetrahedra, |C| / rest volume

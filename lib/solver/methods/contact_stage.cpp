@@ -63,7 +63,7 @@ void find_contacts_of(const MovingVertices& vertices, Index count,
       const Vec3<float> point = x + (offset - dot(normal, x)) * normal;
       contacts.push_back({place, vector_of(normal), offset, 0, vector_of(point)});
     } else {
-      ++report.dropped_contacts;
+      ++report.dropped_contacts.at_vertices;
     }
   }
 }

@@ -110,7 +110,7 @@ class FeatureSearch {
     }
     if (tool_.surface_contacts.size() >=
         static_cast<std::size_t>(step_.data.options.contact_capacity)) {
-      ++report_.dropped_contacts;
+      ++report_.dropped_contacts.at_surfaces;
       return;
     }
     SurfaceContact contact = contact_of(

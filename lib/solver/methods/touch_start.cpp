@@ -31,7 +31,7 @@ void TouchStart::add(TissueTouch touch, float distance, const TissueContact& set
   std::vector<TissueTouch>& contacts = step_.copy.touches.contacts;
   const SolverOptions& options = step_.data.options;
   if (contacts.size() >= static_cast<std::size_t>(options.contact_capacity)) {
-    ++report_.dropped_contacts;
+    ++report_.dropped_contacts.of_bodies;
     return;
   }
   const bool goes_on = moves_vertices(options) && !is_explicit(options);  // projections begin anew
