@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kStep = 5e-3F, kEdge = 3e-3F, kTop = 3 * kEdge;
-constexpr Capsule kRod{{-20e-3F, 0, 0}, {20e-3F, 0, 0}, 0.5e-3F};
+const Capsule kRod{{-20e-3F, 0, 0}, {20e-3F, 0, 0}, 0.5e-3F};
 
 // A block with a rod that lies on it, pressed in by a radius.
 struct PressedRod {
