@@ -184,7 +184,8 @@ TEST_CASE("contact: what exceeds the capacity is counted", "[unit]") {
   }
   scene.add_particles("grains", points, 1e-6);
   Solver solver(scene, testing::small_steps({.substeps = 1, .contact_capacity = 4}));
-  solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
+  solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity(),
+                  {ContactFeatures::vertices});
 
   const StepReport report = solver.step(1e-3F);
 
