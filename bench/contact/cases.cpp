@@ -261,7 +261,8 @@ std::vector<ContactCase> contact_cases() {
                        "statics of the mesh", 1, true,
                        [capsule = capsule, place](const SolverOptions& options) {
                          return press_coarse_block(options, capsule, place.cells);
-                       }});
+                       },
+                       2.5});
     }
   }
   cases.push_back({"block sticks at 0.95 of the angle of friction, 1 s", "mm", "none of an edge",

@@ -25,6 +25,7 @@ struct ContactCase {
   double limit_percent;  ///< that the error is to keep
   bool is_quick;         ///< takes seconds
   std::function<ContactOutcome(const SolverOptions&)> run;
+  double of_projections = 1;  ///< times the limit
 };
 
 [[nodiscard]] ContactOutcome compare(double value, double expected);
