@@ -486,9 +486,10 @@ __device__ __noinline__ void project_grips_apart(const ClusterArrays& cluster,
   });
 }
 
-/// @param kThreads  that project; one warp more fetches
-/// @param kExtraPhases  whether it has code for bodies that meet each other, and jaws that
-///                  hold with a limit
+/// @param kThreads      that project; one warp more fetches
+/// @param kExtraPhases  whether it has code for bodies that meet each other, and jaws that hold
+/// with
+///                      a limit
 template <ProjectionMode kMode, bool kDamped, ClusterTissue kTissue, int kThreads,
           bool kExtraPhases>
 __global__ void __launch_bounds__(kThreads + kWarp, 1)

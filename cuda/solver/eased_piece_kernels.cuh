@@ -141,10 +141,7 @@ __device__ inline void ease_pair(const DeviceState& state, const FreePieceArrays
   }
   EasingSums sums = one.sums(input->h);
   sums.add(other.sums(input->h));
-  Pushes pushes;
-  pushes.total = one.pushes().total;
-  pushes.sums.mass = 1 / (1 / one.pushes().sums.mass + 1 / other.pushes().sums.mass);
-  const Easing easing = sums.easing(pushes);
+  const Easing easing = sums.easing(between(one.pushes(), other.pushes()));
   one.ease(easing);
   other.ease(easing);
 }

@@ -64,6 +64,23 @@ __device__ void for_each_place(const FreePieceArrays& pieces, Index first, const
   }
 }
 
+/// The total of what each thread has, as momentum.h says.
+/// @param room  [kMomentumSums]
+template <class Sums>
+__device__ Sums total(const Sums& own, Sums* room) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  __syncthreads();
+  room[thread] = own;
+  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
+    __syncthreads();
+    if (thread < half) {
+      room[thread].add(room[thread + half]);
+    }
+  }
+  __syncthreads();
+  return room[0];
+}
+
 /// @param has_tools  whether any touch or hold something: then VertexArrays::holds are of now
 __global__ void __launch_bounds__(kMomentumSums)
     keep_momenta(DeviceState state, VertexArrays vertices, FreePieceArrays pieces, ToolArrays tools,
@@ -75,7 +92,6 @@ __global__ void __launch_bounds__(kMomentumSums)
   state = of_copy(state);
   const Index* const holds =
       vertices.holds + copy_index() * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
-  const auto thread = static_cast<Index>(threadIdx.x);
   const auto piece = static_cast<Index>(blockIdx.x);
   pieces = of_copy(pieces);
   if (pieces.meeting != nullptr) {
@@ -104,15 +120,7 @@ __global__ void __launch_bounds__(kMomentumSums)
   if (__syncthreads_or(is_held) != 0) {
     return;
   }
-  sums[thread] = sum;
-  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
-    __syncthreads();
-    if (thread < half) {
-      sums[thread].add(sums[thread + half]);
-    }
-  }
-  __syncthreads();
-  const RigidMove move = sums[0].rigid_move();
+  const RigidMove move = total(sum, sums).rigid_move();
   for_each_place(pieces, piece, [&](Index place) {
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {

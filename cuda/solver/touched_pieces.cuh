@@ -17,23 +17,6 @@ namespace {
 
 constexpr Index kNoPiece = std::numeric_limits<Index>::max();
 
-/// The total of what each thread has, as momentum.h says.
-/// @param room  [kMomentumSums]
-template <class Sums>
-__device__ Sums total(const Sums& own, Sums* room) {
-  const auto thread = static_cast<Index>(threadIdx.x);
-  __syncthreads();
-  room[thread] = own;
-  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
-    __syncthreads();
-    if (thread < half) {
-      room[thread].add(room[thread + half]);
-    }
-  }
-  __syncthreads();
-  return room[0];
-}
-
 /// Shared memory for sums.
 struct SumRoom {
   alignas(16) unsigned char bytes[kMomentumSums * sizeof(MomentumSums)];

@@ -136,7 +136,7 @@ class PBDSURG_API Solver {
   /// @throws what a callback of CustomConstraints throws; then all is as before the step, to the
   /// bit
   /// @throws Error            if a device fails, as may all that steps, reads, writes or edits on
-  /// one
+  /// one; or as finish_step()
   StepReport step(float dt);
 
   /// How well the sweeps solve the next substep of a step of dt, with tools where they are: a probe

@@ -127,10 +127,7 @@ void ease_pair(const StepContext& step, Index first, Index second) {
       step, one.piece(), [](const SurfaceContact&, const ToolState&) {}, add);
   EasingSums sums = one.sums();
   sums.add(other.sums());
-  Pushes pushes;
-  pushes.total = one.pushes().total;
-  pushes.sums.mass = 1 / (1 / one.pushes().sums.mass + 1 / other.pushes().sums.mass);
-  const Easing easing = sums.easing(pushes);
+  const Easing easing = sums.easing(between(one.pushes(), other.pushes()));
   one.ease(easing);
   other.ease(easing);
 }

@@ -35,6 +35,15 @@ struct Pushes {
   }
 };
 
+/// Of two pieces that push each other, of which each has what it gets: what both have in common of
+/// mass stands for that of one.
+[[nodiscard]] PBDSURG_HOST_DEVICE inline Pushes between(const Pushes& one, const Pushes& other) {
+  Pushes pushes;
+  pushes.total = one.total;
+  pushes.sums.mass = 1 / (1 / one.sums.mass + 1 / other.sums.mass);
+  return pushes;
+}
+
 /// How a piece goes along its pushes.
 struct EasingSums {
   double square = 0;        ///< kg m^2, of the motion

@@ -100,8 +100,9 @@ StepDivision divide_for_tools(SolverData& data, float dt, const SubstepRule& rul
     division = divide_step(dt, rule, options,
                            static_cast<int>(std::ceil(std::min(farthest / kFastWay, most))));
   }
+  const bool is_any_fast = farthest > kFastWay * static_cast<float>(division.substeps);
   for (Index i = 0; i < data.copy_count(); ++i) {
-    data.copy(i).fast_tools = farthest > 0 ? count_fast_tools(data.copy(i), division.substeps) : 0;
+    data.copy(i).fast_tools = is_any_fast ? count_fast_tools(data.copy(i), division.substeps) : 0;
   }
   return division;
 }
