@@ -16,15 +16,18 @@ struct DroppedContacts {
   Index at_surfaces = 0;  ///< of tools that meet edges and triangles, too
   Index of_bodies = 0;    ///< between bodies
 
+  /// All classes together.
   [[nodiscard]] constexpr Index total() const noexcept {
     return at_vertices + at_surfaces + of_bodies;
   }
+  /// Adds class by class, as over substeps.
   constexpr DroppedContacts& operator+=(const DroppedContacts& other) noexcept {
     at_vertices += other.at_vertices;
     at_surfaces += other.at_surfaces;
     of_bodies += other.of_bodies;
     return *this;
   }
+  /// Whether each class has as many.
   constexpr bool operator==(const DroppedContacts&) const noexcept = default;
 };
 
