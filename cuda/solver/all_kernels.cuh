@@ -15,6 +15,7 @@
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
+#include "cuda/solver/stop_passing_kernels.cuh"
 #include "cuda/solver/surface_answer_kernels.cuh"
 #include "cuda/solver/surface_list_kernels.cuh"
 #include "cuda/solver/surface_projection_kernels.cuh"
@@ -37,6 +38,7 @@ constexpr StepKernels all_kernels() {
           &begin_surface_contacts,
           &project_surface_contacts,
           &answer_surface_contacts,
+          &stop_passing,
           &begin_grips,
           &answer_grips,
           &project_grips,

@@ -131,6 +131,11 @@ class Enqueuer {
           kernels.keep_momentum(state, vertices, free_pieces, tools, has_tools, launch_);
         }
         break;
+      case StepOperation::stop_passing:
+        if (has_meeters) {
+          kernels.stop_passing(state, tools, input, substep, launch_);
+        }
+        break;
       case StepOperation::meet_surfaces:
         if (has_meeters) {
           kernels.begin_surface_contacts(state, vertices, tools, input, substep, launch_);

@@ -113,6 +113,9 @@ struct StepKernels {
   /// and turns their planes.
   void (*answer_surface_contacts)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
                                   const Launch&);
+  /// Once all else has moved vertices.
+  void (*stop_passing)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                       const Launch&);
   /// After all sweeps: for the next substep and, if it tells, for the host.
   void (*begin_grips)(const DeviceState&, StepInput*, Index substep, bool slides, const Launch&);
   void (*answer_grips)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,

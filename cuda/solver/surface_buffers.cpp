@@ -37,6 +37,7 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   const Index contacts = room.meeters * most;
   const std::size_t of_tools = copies * static_cast<std::size_t>(room.meeters);
   const std::size_t of_all = copies * static_cast<std::size_t>(contacts);
+  const std::size_t of_places = copies * static_cast<std::size_t>(room.vertices);
   const std::size_t ends = copies * static_cast<std::size_t>(1 + room.meeters);
   SurfaceArrays& arrays = arrays_;
   arrays.met_counts = met_counts_.fill(of_tools, 0, stream);
@@ -45,11 +46,13 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   arrays.contacts = contacts_.reserve(of_all);
   arrays.ends = ends_.fill(ends, 0, stream);
   arrays.level_counts = level_counts_.fill(copies, 0, stream);
-  arrays.holds_at = holds_at_.fill(copies * static_cast<std::size_t>(room.vertices), 0, stream);
+  arrays.holds_at = holds_at_.fill(of_places, 0, stream);
   arrays.holds = holds_.reserve(3 * of_all);
   arrays.roots = roots_.reserve(3 * of_all);
   arrays.pushes = pushes_.reserve(3 * of_all);
   arrays.levels = levels_.reserve(of_all);
+  arrays.passed = passed_.fill(of_places, kNothingPassed & 0xFF, stream);
+  arrays.stopped = stopped_.reserve(of_places);
   arrays.springs = springs_.reserve(of_tools);
   arrays.remembered = remembered_.reserve(of_all);
   arrays.remembered_ends = remembered_ends_.fill(ends, 0, stream);
@@ -133,7 +136,8 @@ std::size_t SurfaceBuffers::memory_bytes() const noexcept {
          list_memory_.memory_bytes() + contacts_.memory_bytes() + ends_.memory_bytes() +
          levels_.memory_bytes() + level_counts_.memory_bytes() + holds_at_.memory_bytes() +
          holds_.memory_bytes() + roots_.memory_bytes() + pushes_.memory_bytes() +
-         springs_.memory_bytes() + remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+         passed_.memory_bytes() + stopped_.memory_bytes() + springs_.memory_bytes() +
+         remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -299,6 +299,16 @@ struct alignas(8) HoldRange {
 inline constexpr std::size_t kListBytes =
     2 * sizeof(ContactKey) + 3 * sizeof(Index) + 3 * (2 * sizeof(HoldKey) + 3 * sizeof(Index));
 
+/// A vertex that a tool takes along: see StoppedVertex.
+struct DeviceStopped {
+  Index place, capsule;
+  Vec3<float> point;  ///< m
+  Vec3<float> push;   ///< kg m
+};
+
+/// No capsule that a vertex has come through: all bytes are alike.
+inline constexpr Index kNothingPassed = 0x7F7F7F7F;
+
 /// What tools that meet surfaces touch. There is room for the copy that has most; nothing at all,
 /// until a tool is such a one.
 ///
@@ -325,7 +335,9 @@ struct SurfaceArrays {
   /// [copy][contact_room] contacts of one level share no corner and no spring, and come after
   /// those of lower ones
   Index* levels = nullptr;
-  ToolSpring* springs = nullptr;  ///< [copy][meeter_room] yield 0 of those that have none
+  Index* passed = nullptr;           ///< [copy][capacity] kNothingPassed between substeps
+  DeviceStopped* stopped = nullptr;  ///< [copy][capacity] by the tool at work
+  ToolSpring* springs = nullptr;     ///< [copy][meeter_room] yield 0 of those that have none
   // of the substep before, but for the first
   RememberedContact* remembered = nullptr;  ///< [copy][contact_room]
   Index* remembered_ends = nullptr;         ///< [copy][1 + meeter_room]

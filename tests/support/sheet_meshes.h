@@ -137,4 +137,38 @@ inline SheetMesh make_disc(Index rings, double radius) {
   return mesh;
 }
 
+/// A tube around z, open at both ends, of four flat walls of two triangles each.
+/// @param width   m
+/// @param length  m
+inline SheetMesh make_square_tube(double width, double length) {
+  constexpr Index kSides = 4;
+  SheetMesh mesh;
+  for (Index side = 0; side < kSides; ++side) {
+    const double x = side == 1 || side == 2 ? width / 2 : -width / 2;
+    const double y = side < 2 ? -width / 2 : width / 2;
+    mesh.positions.emplace_back(x, y, -length / 2);
+    mesh.positions.emplace_back(x, y, length / 2);
+    const Index low = 2 * side, next = 2 * ((side + 1) % kSides);
+    mesh.triangles.push_back({low, next, next + 1});
+    mesh.triangles.push_back({low, next + 1, low + 1});
+  }
+  return mesh;
+}
+
+/// Whether such a tube, once moved, goes around a line along z at both of its ends.
+/// @param corners  m, as of make_square_tube()
+inline bool is_around(const std::vector<Eigen::Vector3f>& corners, const Eigen::Vector3f& line) {
+  for (std::size_t end = 0; end < 2; ++end) {
+    float turned = 0;
+    for (std::size_t k = end; k < corners.size(); k += 2) {
+      const Eigen::Vector3f a = corners[k] - line, b = corners[(k + 2) % corners.size()] - line;
+      turned += std::atan2(a.x() * b.y() - a.y() * b.x(), a.head<2>().dot(b.head<2>()));
+    }
+    if (std::abs(turned) < std::numbers::pi_v<float>) {  // all around, or nothing
+      return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace pbdsurg::testing

@@ -11,6 +11,7 @@
 #include "lib/solver/methods/eased_pieces.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/stop_passing.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/vertex_method.h"
@@ -112,6 +113,9 @@ class SerialStep {
         for (Index piece = 0; piece < step_.data.free_pieces.count(); ++piece) {
           keep_momentum(step_, piece);
         }
+        break;
+      case StepOperation::stop_passing:
+        stop_passing(step_);
         break;
       case StepOperation::collect_forces:
         collect_tool_forces(step_, part_.force_per_multiplier(numbers_.lengths.inverse_dt_squared));

@@ -22,6 +22,7 @@
 #include "lib/solver/methods/eased_pieces.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/stop_passing.h"
 #include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/touch_search.h"
@@ -416,6 +417,15 @@ class ThreadedBackend final : public Backend {
         break;
       case StepOperation::keep_momentum:
         keep_momentum(turn);
+        break;
+      case StepOperation::stop_passing:
+        if (meets_surfaces(step)) {
+          meet(turn);
+          if (thread == 0) {
+            stop_passing(step);
+          }
+          meet(turn);
+        }
         break;
       case StepOperation::collect_forces:  // of thread 0, too
         if (thread == 0) {

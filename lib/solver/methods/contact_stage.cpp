@@ -121,6 +121,7 @@ void place_tools(CopyState& copy, float fraction, float before) {
 void find_contacts(const StepContext& step, const Substep<float>& lengths, StepReport& report) {
   const MovingVertices vertices = moving_vertices(step);
   report.contacts = 0;
+  step.scratch.stopped.clear();
   refresh_near_lists(step);
   for (Index t = 0; t < static_cast<Index>(step.copy.tools.size()); ++t) {
     ToolState& tool = step.copy.tools[t];
@@ -147,6 +148,9 @@ void find_contacts(const StepContext& step, const Substep<float>& lengths, StepR
 void collect_tool_forces(const StepContext& step, float force_per_multiplier) {
   // see substep_numbers()
   const float scale = force_per_multiplier * step.copy.factors.stiffness;
+  for (const StoppedVertex& stopped : step.scratch.stopped) {
+    feel(scale * vector_of(stopped.push), vector_of(stopped.point), step.copy.tools[stopped.tool]);
+  }
   for (ToolState& tool : step.copy.tools) {
     for (const Contact& contact : tool.contacts) {
       feel((scale * contact.multiplier) * contact.normal, contact.point, tool);

@@ -356,7 +356,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
       side = has_side ? side : (1 / early.distance) * early.away;
       has_side = true;
       is_hit = true;
-      is_early = !is_met_at_end();
+      is_early = !(end.distance < kInfinity && dot(end.away, side) > on_axis);
       hit = is_early ? early : end;
     }
   }
@@ -369,7 +369,9 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   const Vector away = x - centre;
   const float distance = length(away);
   Vector normal;
-  if (distance > on_axis && (!has_side || dot(away, side) > 0)) {
+  if (is_early && (end.distance < kInfinity || distance < reach)) {
+    normal = side;  // what was nearest then may have slid along the tool since
+  } else if (distance > on_axis && (!has_side || dot(away, side) > 0)) {
     normal = (1 / distance) * away;
   } else if (has_side) {
     normal = distance > on_axis && !is_early ? (-1 / distance) * away : side;

@@ -18,24 +18,6 @@ namespace {
 
 using Vector = Vec3<float>;
 
-Vector start_of(const StepContext& step, const MovingVertices& vertices, Index place) {
-  return vertices.bases == nullptr ? load(step.scratch.previous[place])
-                                   : load(vertices.bases[place]);
-}
-
-FeatureCorners corners_of(const StepContext& step, const MovingVertices& vertices,
-                          std::span<const Index> places) {
-  FeatureCorners corners;
-  corners.count = static_cast<int>(places.size());
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    corners.places[k] = places[k];
-    corners.start[k] = start_of(step, vertices, places[k]);
-    corners.end[k] = vertices.position(places[k]);
-    corners.is_fixed[k] = !(vertices.moving[places[k]].w > 0);
-  }
-  return corners;
-}
-
 // The search of one tool.
 class FeatureSearch {
  public:
@@ -83,7 +65,7 @@ class FeatureSearch {
     std::vector<TissueSurface::PlaceTriangle>& listed = step_.scratch.triangles_at_tool;
     listed.clear();
     const auto list = [&](const TissueSurface::PlaceTriangle& triangle) {
-      if (box_of(corners_of(step_, vertices_, triangle)).meets(box_)) {
+      if (box_of(corners_of(step_, triangle)).meets(box_)) {
         listed.push_back(triangle);
       }
     };
@@ -128,7 +110,7 @@ class FeatureSearch {
     if (!(vertices_.moving[place].w > 0)) {
       return;
     }
-    const FeatureCorners corners = corners_of(step_, vertices_, std::array{place});
+    const FeatureCorners corners = corners_of(step_, std::array{place});
     MetFeature met;
     meet_half_space(corners, half_space, met);
     if (met.gap < kInfinity) {
@@ -154,7 +136,7 @@ class FeatureSearch {
 
   template <std::size_t kCount>
   void consider(const std::array<Index, kCount>& places) {
-    const FeatureCorners corners = corners_of(step_, vertices_, places);
+    const FeatureCorners corners = corners_of(step_, places);
     if (!box_of(corners).meets(box_) ||
         std::ranges::none_of(places, [&](Index p) { return vertices_.moving[p].w > 0; })) {
       return;
@@ -186,6 +168,24 @@ class FeatureSearch {
 };
 
 }  // namespace
+
+Vec3<float> start_of(const StepContext& step, const MovingVertices& vertices, Index place) {
+  return vertices.bases == nullptr ? load(step.scratch.previous[place])
+                                   : load(vertices.bases[place]);
+}
+
+FeatureCorners corners_of(const StepContext& step, std::span<const Index> places) {
+  const MovingVertices vertices = moving_vertices(step);
+  FeatureCorners corners;
+  corners.count = static_cast<int>(places.size());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    corners.places[k] = places[k];
+    corners.start[k] = start_of(step, vertices, places[k]);
+    corners.end[k] = vertices.position(places[k]);
+    corners.is_fixed[k] = !(vertices.moving[places[k]].w > 0);
+  }
+  return corners;
+}
 
 float way_of(const ToolState& tool) {
   float longest = 0;
@@ -236,7 +236,7 @@ void follow_feature(const StepContext& step, const ToolState& tool, SurfaceConta
   const std::span<const Index> places(contact.feature.places);
   const auto count = static_cast<std::size_t>(contact.feature.count());
   turn_to(
-      corners_of(step, vertices, places.first(count)),
+      corners_of(step, places.first(count)),
       swept_capsule(tool, static_cast<std::size_t>(contact.capsule)).moved(displacement + shift),
       shift, [&](Index place) { return vertices.base(place); },
       [&](Index place) { return own_start(step, vertices, place); }, contact);

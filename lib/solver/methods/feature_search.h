@@ -4,11 +4,14 @@
 /// @file
 /// Which vertices, edges and triangles a tool meets in a substep, and where.
 
+#include <span>
+
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/step_report.h"
 
 #include "lib/solver/methods/feature_meeting.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/near_features.h"
@@ -32,6 +35,14 @@ void find_surface_contacts(const StepContext& step, ToolState& tool, const NearF
 
 /// Turns the plane of a tool's contact to where sweeps have moved its feature: see turn_to().
 void follow_feature(const StepContext& step, const ToolState& tool, SurfaceContact& contact);
+
+/// m, of a vertex as the substep began.
+[[nodiscard]] Vec3<float> start_of(const StepContext& step, const MovingVertices& vertices,
+                                   Index place);
+
+/// Of a feature through the substep, to where its vertices are now.
+/// @param places  one to three
+[[nodiscard]] FeatureCorners corners_of(const StepContext& step, std::span<const Index> places);
 
 [[nodiscard]] inline PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end), load(capsule.across)};

@@ -10,22 +10,23 @@ namespace {
 using enum StepOperation;
 
 // Position-based dynamics (Mueller et al. 2007, algorithm 1): factors have no memory.
-constexpr std::array kFractionProjections{predict_positions, find_contacts, sweep, collect_forces,
-                                          update_velocities};
+constexpr std::array kFractionProjections{predict_positions, find_contacts,  sweep,
+                                          stop_passing,      collect_forces, update_velocities};
 
 // With compliances (Macklin et al. 2016, algorithm 1).
 constexpr std::array kComplianceProjections{
-    predict_displacements, clear_multipliers, find_contacts, sweep, collect_forces, settle};
+    predict_displacements, clear_multipliers, find_contacts, sweep,
+    stop_passing,          collect_forces,    settle};
 
 // Vertex block descent (Chen et al. 2024, algorithm 1).
 constexpr std::array kVertexBlocks{
-    predict_displacements, find_contacts,  gather_holds, damp_rows,
-    meet_surfaces,         begin_joints,   sweep,        settle_holds,
-    keep_momentum,         collect_forces, settle};
+    predict_displacements, find_contacts, gather_holds,   damp_rows,
+    meet_surfaces,         begin_joints,  sweep,          settle_holds,
+    keep_momentum,         stop_passing,  collect_forces, settle};
 
 // Leapfrog (Verlet 1967).
-constexpr std::array kExplicit{take_lengths, predict_displacements, find_contacts, gather_holds,
-                               push,         collect_forces,        settle};
+constexpr std::array kExplicit{take_lengths, predict_displacements, find_contacts,  gather_holds,
+                               push,         stop_passing,          collect_forces, settle};
 
 // Vertex blocks or projections by BDF2: an implicit Euler substep of what velocities and positions
 // are once the substep before is taken into account.

@@ -34,6 +34,7 @@ enum class StepOperation : std::uint8_t {
   settle_holds,       ///< what tools touch or hold answers what stiff links did last, and leaves
                       ///< their surfaces; bodies leave each other
   keep_momentum,      ///< of pieces that nothing holds: see momentum.h
+  stop_passing,       ///< what has come through a tool goes along with it instead
   collect_forces,     ///< adds what pushed back to the forces of tools
   update_velocities,  ///< from the way of the substep
   settle,             ///< vertices go where displacements lead; velocities from these

@@ -81,6 +81,14 @@ struct VertexHold {
   int corner = 0;  ///< of a grip's point, a surface contact, or one between bodies
 };
 
+/// A vertex that a tool takes along: see stop_passing.h.
+struct StoppedVertex {
+  Index tool, place;
+  Index capsule;      ///< of the tool, that it had come through
+  Vec3<float> point;  ///< m, where it is now
+  Vec3<float> push;   ///< kg m, that it took
+};
+
 /// How a vertex with holds gives way.
 struct HeldGive {
   VertexGive<float> give{};
@@ -102,6 +110,7 @@ struct PBDSURG_API StepScratch {
   std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
   std::vector<ContactEntry> contact_entries;  // likewise
   std::vector<TissueSurface::PlaceTriangle> triangles_at_tool;  ///< that one may touch
+  std::vector<StoppedVertex> stopped;                           ///< in the current substep
   TouchedPieces touched;                                        ///< in the current sweep
   std::vector<GroupContact> group_contacts;  ///< of pieces that move at once, see group_balance.h
   std::vector<GroupAnswer> group_answers;    // likewise

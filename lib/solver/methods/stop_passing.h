@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Nothing passes a tool that meets edges and triangles: see passing.h.
+
+#include "lib/solver/program/step_scratch.h"
+
+namespace pbdsurg {
+
+/// Takes along what has come through tools, once all else has moved vertices, and notes what that
+/// pushed for collect_tool_forces(). What is fixed stays; a triangle or an edge with a fixed corner
+/// may pass in the end, as the others alone do not keep it.
+///
+/// Cost: O(vertices) and O(contacts), while nothing has moved as far as through a tool; else
+/// O(triangles near it), or O(triangles) where these are not listed.
+void stop_passing(const StepContext& step);
+
+}  // namespace pbdsurg
