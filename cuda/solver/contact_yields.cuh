@@ -7,6 +7,7 @@
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/shared_contacts.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
+#include "lib/solver/methods/spring_motion.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
@@ -20,8 +21,10 @@ template <>
 struct YieldingContacts<SurfaceArrays> {
   static constexpr int kCorners = 3;
   const SurfaceArrays& arrays;
+  float inverse_dt_squared;
 
-  __device__ explicit YieldingContacts(const ToolArrays& tools) : arrays(tools.surfaces) {}
+  __device__ YieldingContacts(const ToolArrays& tools, float inverse_dt_squared)
+      : arrays(tools.surfaces), inverse_dt_squared(inverse_dt_squared) {}
   [[nodiscard]] __device__ Vec3<float> normal(Index c) const {
     return arrays.contacts[c].contact.normal;
   }
@@ -30,7 +33,10 @@ struct YieldingContacts<SurfaceArrays> {
   }
   __device__ void set(Index c, float yield) const {
     DeviceContact& stored = arrays.contacts[c];
-    stored.contact.stiffness = yield > 0 ? stored.firmness / yield : 0.0F;
+    const ToolSpring* const spring = spring_of(arrays, stored);
+    stored.contact.stiffness =
+        met_stiffness(stored.firmness, yield,
+                      spring == nullptr ? 0.0F : stiffness_of(*spring, inverse_dt_squared));
   }
 };
 
@@ -39,7 +45,8 @@ struct YieldingContacts<TouchArrays> {
   static constexpr int kCorners = TissueTouch::kCorners;
   const TouchArrays& arrays;
 
-  __device__ explicit YieldingContacts(const ToolArrays& tools) : arrays(tools.touches) {}
+  __device__ YieldingContacts(const ToolArrays& tools, float /*inverse_dt_squared*/)
+      : arrays(tools.touches) {}
   [[nodiscard]] __device__ Vec3<float> normal(Index c) const { return arrays.contacts[c].normal; }
   [[nodiscard]] __device__ float weight(Index c, Index corner) const {
     return fabsf(arrays.contacts[c].weights[corner]);
@@ -67,7 +74,7 @@ __global__ void __launch_bounds__(kYieldThreads<Arrays>)
   vertices = of_copy(vertices);
   tools = of_copy(tools, state.capacity);
   input += copy_index();
-  const YieldingContacts<Arrays> contacts(tools);
+  const YieldingContacts<Arrays> contacts(tools, input->substep.inverse_dt_squared);
   const Index count = contact_count(contacts.arrays);
   __shared__ float yields[kHolds];
   const Index part = static_cast<Index>(threadIdx.x) % kVertexParts;

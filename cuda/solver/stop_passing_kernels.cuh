@@ -62,14 +62,8 @@ class ToolPassing {
       if (contact.capsule == kInvalidIndex) {
         continue;
       }
-      FeatureCorners corners;
-      corners.count = contact.feature.count();
-      for (int k = 0; k < 3; ++k) {
-        corners.places[k] = contact.feature.places[k];
-      }
-      load_corners(state_, corners);
       const SweptCapsule capsule = swept(contact.capsule);
-      may |= !(farthest + capsule.way() < way_through(capsule.before, corners));
+      may |= !(farthest + capsule.way() < way_through(capsule.before, corners_of(contact.feature)));
     }
     return __syncthreads_or(may ? 1 : 0) != 0;
   }
@@ -77,13 +71,19 @@ class ToolPassing {
   /// @param feel  (count, at), of those that are new: see cuda::feel()
   template <class Feel>
   __device__ void stop(const Feel& feel_new) const {
+    bool stays = false;
     for (int pass = 0; pass < kStopPasses; ++pass) {
-      bool finds = false;
+      Look look;
       for (Index t = static_cast<Index>(threadIdx.x); t < surfaces_.triangle_count;
            t += kStopThreads) {
-        finds |= look_at(t);
+        look_at(t, look);
       }
-      if (__syncthreads_or(finds ? 1 : 0) == 0) {
+      if (__syncthreads_or(look.meets_wall && !stays ? 1 : 0) != 0) {
+        stays = true;
+        stay();
+        continue;
+      }
+      if (__syncthreads_or(look.finds ? 1 : 0) == 0) {
         break;
       }
       const Index count = list_new();
@@ -110,8 +110,22 @@ class ToolPassing {
             own.now.moved(spring.displacement + spring.shift)};
   }
 
-  // @return  whether corners have come through that are not known to
-  __device__ bool look_at(Index triangle) const {
+  [[nodiscard]] __device__ FeatureCorners corners_of(const ContactFeature& feature) const {
+    FeatureCorners corners;
+    corners.count = feature.count();
+    for (int k = 0; k < 3; ++k) {
+      corners.places[k] = feature.places[k];
+    }
+    load_corners(state_, corners);
+    return corners;
+  }
+
+  struct Look {
+    bool finds = false;       // corners that have come through and are not known to
+    bool meets_wall = false;  // or fixed ones, and the tool gives way
+  };
+
+  __device__ void look_at(Index triangle, Look& look) const {
     const Index* const places = surfaces_.triangles + 3 * static_cast<std::ptrdiff_t>(triangle);
     FeatureCorners corners;
     corners.count = 3;
@@ -119,11 +133,10 @@ class ToolPassing {
       corners.places[k] = __ldg(places + k);
     }
     if (corners.places[0] == kInvalidIndex) {
-      return false;
+      return;
     }
     load_corners(state_, corners);
     const ContactBox box = box_of(corners);
-    bool finds = false;
     for (Index c = 0; c < meeter_.capsule_count; ++c) {
       const SweptCapsule capsule = swept(c);
       if (!box.meets(core_box(capsule))) {
@@ -131,12 +144,38 @@ class ToolPassing {
       }
       const Passing passing(capsule, corners);
       for (int k = 0; k < 3; ++k) {
-        if (passing.has(k) && !corners.is_fixed[k]) {
-          finds |= atomicMin(surfaces_.passed + corners.places[k], c) > kTaken;
+        if (!passing.has(k)) {
+          continue;
+        }
+        if (corners.is_fixed[k]) {
+          look.meets_wall |= meeter_.compliance > 0;
+        } else {
+          look.finds |= atomicMin(surfaces_.passed + corners.places[k], c) > kTaken;
         }
       }
     }
-    return finds;
+  }
+
+  // What its contacts say of sides may be what took it there.
+  __device__ void stay() const {
+    for (Index place = static_cast<Index>(threadIdx.x); place < vertices_; place += kStopThreads) {
+      if (__ldcg(surfaces_.passed + place) != kTaken) {
+        surfaces_.passed[place] = kNothing;
+      }
+    }
+    if (threadIdx.x == 0) {
+      surfaces_.springs[index_].shift = -1.0F * meeter_.told;
+    }
+    __syncthreads();
+    const Index end = __ldcg(surfaces_.ends + index_ + 1);
+    for (Index i = __ldcg(surfaces_.ends + index_) + static_cast<Index>(threadIdx.x); i < end;
+         i += kStopThreads) {
+      SurfaceContact& contact = surfaces_.contacts[i].contact;
+      if (contact.capsule != kInvalidIndex) {
+        take_side(corners_of(contact.feature), swept(contact.capsule), contact);
+      }
+    }
+    __syncthreads();
   }
 
   // In the order of places.

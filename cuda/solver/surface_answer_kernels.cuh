@@ -33,6 +33,9 @@ __device__ inline void follow_feature(const DeviceState& state, const SweptCapsu
   corners.count = contact.feature.count();
   corners.for_each([&](int k) { corners.places[k] = contact.feature.places[k]; });
   load_corners(state, corners);
+  if (spring != nullptr) {
+    corners.take_as_free();
+  }
   const Vec3<float> shift = spring == nullptr ? Vec3<float>{} : spring->shift;
   const Vec3<float> displacement = spring == nullptr ? Vec3<float>{} : spring->displacement;
   turn_to(
@@ -149,7 +152,7 @@ __global__ void __launch_bounds__(kToolThreads)
         (table<MeeterInput>(input, input->meeters) + row_at(substep, input->meeter_count))[m];
     ToolSpring& spring = surfaces.springs[m];
     if (meeter.compliance > 0) {
-      end_spring(meeter.stride, meeter.way, input->h, spring);
+      end_spring(meeter.stride, meeter.told, meeter.way, input->h, spring);
     }
     if (tells) {
       surfaces.told_springs[m] = spring;

@@ -46,7 +46,12 @@ __device__ inline bool is_own_edge(Index first, Index second) {
   return first < second;
 }
 
-/// @return  whether there is a candidate of that number, and it can move
+/// Of fixed vertices, others have no tissue.
+__device__ inline bool has_triangle(const SurfaceArrays& surfaces, Index place) {
+  return __ldg(surfaces.first_around + place + 1) > __ldg(surfaces.first_around + place);
+}
+
+/// @return  whether there is a candidate of that number, and it or the tool gives way
 __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArrays& surfaces,
                                       const MeeterInput& meeter, Index index, Index vertex_count,
                                       Candidate& candidate) {
@@ -90,9 +95,13 @@ __device__ inline bool load_candidate(const DeviceState& state, const SurfaceArr
     }
   }
   load_corners(state, corners);
-  bool moves = false;
-  corners.for_each([&](int k) { moves |= !corners.is_fixed[k]; });
-  return moves;
+  if (candidate.half_space == kInvalidIndex && meeter.compliance > 0 &&
+      (corners.count > 1 || has_triangle(surfaces, corners.places[0]))) {
+    corners.take_as_free();
+  }
+  bool gives_way = false;
+  corners.for_each([&](int k) { gives_way |= !corners.is_fixed[k]; });
+  return gives_way;
 }
 
 /// See the host's own_start().

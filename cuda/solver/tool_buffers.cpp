@@ -252,6 +252,7 @@ void ToolBuffers::write_meeters(const CopyState& copy, const CopyTools& tools, I
                  tool.is_coupled() ? copy.spring_compliance(tool) : 0.0F,
                  tool.stride(),
                  way_of(tool),
+                 told_way(tool),
                  tool.surface.friction,
                  tool.meets_triangles()};
     remembered += remembered_count;

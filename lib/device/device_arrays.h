@@ -518,6 +518,7 @@ struct MeeterInput {
   Vec3<float> displacement;                  ///< m, of a coupled tool, likewise
   float compliance;                          ///< m/N, of its spring; zero where it has none
   float stride, way;                         ///< m, see end_spring()
+  Vec3<float> told;                          ///< m, likewise
   float friction;                            ///< coefficient
   bool meets_triangles;                      ///< and edges
 };

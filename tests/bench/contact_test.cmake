@@ -5,7 +5,7 @@ include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
 run_table(contact 0 --quick --executor serial)
 
 string(JSON count LENGTH "${json}" contact)
-expect("rows" "${count}" 52)
+expect("rows" "${count}" 58)
 foreach(row RANGE 45)
   string(JSON within GET "${json}" contact ${row} is_within)
   if(NOT within STREQUAL "yes")

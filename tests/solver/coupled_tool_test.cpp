@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -15,6 +18,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/free_block.h"
 #include "tests/support/meshes.h"
+#include "tests/support/sheet_meshes.h"
 #include "tests/support/soft_block.h"
 
 namespace pbdsurg {
@@ -107,6 +111,105 @@ TEST_CASE("coupled tool: it moves freely without a lag", "[unit]") {
     solver.move_tool(tool, pose);
     solver.step(kStep);
     CHECK(solver.tool_pose(tool).matrix() == pose.matrix());
+  }
+}
+
+namespace {
+
+// A wall in the plane of x and y that stands fast, of triangles much larger than tools.
+Scene make_wall() {
+  const testing::SheetMesh mesh = testing::make_sheet({2, 2}, 50e-3);
+  Scene scene;
+  const BodyId wall = scene.add_sheet("wall", mesh.positions, mesh.triangles, {});
+  std::vector<Index> all(mesh.positions.size());
+  std::iota(all.begin(), all.end(), 0);
+  scene.fix_vertices(wall, all);
+  scene.set_gravity(Vector3f::Zero());
+  return scene;
+}
+
+}  // namespace
+
+// Would catch a wall that a tool does not see because none of its corners moves, one that pushes
+// with the stiffness of nothing, and another force at its edges than on its faces.
+TEST_CASE("coupled tool: a wall that stands fast stops it", "[validation]") {
+  const SolverMethod method = any_method();
+  const auto offset = GENERATE(Vector3f(60e-3F, 35e-3F, 0), Vector3f(60e-3F, 50e-3F, 0),
+                               Vector3f(50e-3F, 50e-3F, 0));  // on a face, an edge, a vertex
+  CAPTURE(static_cast<int>(method), offset.x(), offset.y());
+  constexpr float kStiffness = 500, kDepth = 5e-3F;
+  Solver solver(make_wall(), quick_options(method, {}, executor::serial()));
+  const Vector3f touch = offset + Vector3f(0, 0, kRadius);
+  const ToolId tool = solver.add_tool({&kBall, 1}, at(touch + Vector3f(0, 0, 1e-3F)), kAll);
+  solver.couple_tool(tool, {kStiffness});
+  press(solver, tool, touch, kDepth,
+        [&](int) { CHECK(solver.tool_pose(tool).translation().z() > 0.99F * kRadius); });
+  const Vector3f force = solver.tool_force(tool);
+  CHECK(force.z() == Approx(kStiffness * kDepth).epsilon(1e-2));
+  CHECK(force.head<2>().norm() < 1e-2F * force.z());
+  CHECK(solver.tool_pose(tool).translation().z() == Approx(kRadius).epsilon(1e-2));
+}
+
+// Would catch a tool that slides along a wall as if it were smooth, or does not come off it.
+TEST_CASE("coupled tool: it slides along a wall with friction, and lifts off", "[validation]") {
+  const SolverMethod method = any_method();
+  CAPTURE(static_cast<int>(method));
+  constexpr float kStiffness = 500, kDepth = 2e-3F;
+  Solver solver(make_wall(), quick_options(method, {}, executor::serial()));
+  const auto above = [](float x, float z) { return at({20e-3F + x, 35e-3F, kRadius + z}); };
+  const ToolId tool = solver.add_tool({&kBall, 1}, above(0, 1e-3F), kAll);
+  solver.couple_tool(tool, {kStiffness});
+  for (int i = 1; i <= 30; ++i) {
+    solver.move_tool(tool, above(0, 1e-3F - 0.1e-3F * static_cast<float>(i)));
+    solver.step(kStep);
+  }
+  for (int i = 1; i <= 100; ++i) {
+    solver.move_tool(tool, above(0.2e-3F * static_cast<float>(i), -kDepth));
+    solver.step(kStep);
+  }
+  const Vector3f force = solver.tool_force(tool);
+  CHECK(force.z() == Approx(kStiffness * kDepth).epsilon(1e-2));
+  CHECK(-force.x() == Approx(kAll.friction * force.z()).epsilon(2e-2));
+  for (int i = 1; i <= 40; ++i) {
+    solver.move_tool(tool, above(20e-3F, -kDepth + 0.1e-3F * static_cast<float>(i)));
+    solver.step(kStep);
+  }
+  CHECK(solver.tool_force(tool).norm() == 0);
+  CHECK(pulled(solver, tool).norm() < 1e-6F);
+}
+
+// Would catch a hand that takes its tool through a wall because it is fast, or far beyond it: a rod
+// in a channel of eight large triangles that stand fast.
+TEST_CASE("coupled tool: none is thrust out of a channel that stands fast", "[validation]") {
+  const SolverMethod method = any_method();
+  const float step = GENERATE(1e-3F, 5e-3F, 16e-3F);
+  CAPTURE(static_cast<int>(method), step);
+  const testing::SheetMesh mesh = testing::make_square_tube(10e-3, 60e-3);
+  Scene scene;
+  const BodyId channel = scene.add_sheet("channel", mesh.positions, mesh.triangles, {});
+  scene.fix_vertices(channel, std::array{0, 1, 2, 3, 4, 5, 6, 7});
+  scene.set_gravity(Vector3f::Zero());
+  const Capsule rod{{0, 0, -20e-3F}, {0, 0, 20e-3F}, 0.5e-3F};
+  for (std::uint64_t shot = 0; shot < 20; ++shot) {
+    CAPTURE(shot);
+    const auto random = [&](int k) { return static_cast<float>(random_unit(3, shot, k)); };
+    Solver solver(scene, quick_options(method, {}, executor::serial()));
+    const ToolId tool = solver.add_tool({&rod, 1}, at(Vector3f::Zero()), kAll);
+    solver.couple_tool(tool, {500});
+    const float angle = 6.283F * random(0), speed = 0.1F + 0.9F * random(1);
+    const Vector3f way(std::cos(angle), std::sin(angle), 0);
+    float gone = 0;
+    for (const float end : {20e-3F, -20e-3F, 0.0F}) {
+      while (gone != end) {
+        gone += std::clamp(end - gone, -speed * step, speed * step);
+        solver.move_tool(tool, at(gone * way));
+        solver.step(step);
+        const Vector3f place = solver.tool_pose(tool).translation();
+        CHECK(place.head<2>().cwiseAbs().maxCoeff() < 5e-3F);
+        CHECK(solver.tool_force(tool).norm() < 1.01F * 500 * 20e-3F);
+      }
+    }
+    CHECK((solver.tool_pose(tool).translation()).norm() < 1e-4F);
   }
 }
 
@@ -207,15 +310,21 @@ TEST_CASE("coupled tool: it gives way no farther than it and tissue can have mov
   const Vec3<float> before{0, 0, 1e-3F};
   SECTION("away") {
     ToolSpring spring{before, {size, 0, 0}, 1};
-    end_spring(kStride, kWay, kStep, spring);
+    end_spring(kStride, {0, kWay, 0}, kWay, kStep, spring);
     CHECK(spring.displacement.x == Approx(std::min(size, kMost)));
     CHECK(spring.displacement.z == before.z);
     CHECK(spring.shift.x == 0);
   }
   SECTION("back") {
     ToolSpring spring{before, {0, 0, -std::min(size, before.z)}, 1};
-    end_spring(kStride, kWay, kStep, spring);
+    end_spring(kStride, {0, kWay, 0}, kWay, kStep, spring);
     CHECK(spring.displacement.z == Approx(before.z - std::min(size, kStride)));
+  }
+  SECTION("where it was, while its hand comes back") {
+    const float way = std::min(size, before.z);
+    ToolSpring spring{before, {0, 0, -way}, 1};
+    end_spring(kStride, {0, 0, way}, way, kStep, spring);
+    CHECK(spring.displacement.z == Approx(before.z - way).margin(1e-9));
   }
 }
 

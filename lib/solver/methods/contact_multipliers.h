@@ -26,6 +26,19 @@ namespace pbdsurg {
 inline constexpr float kPlainFirmness = 1;
 inline constexpr float kHeldFirmness = 4;
 
+/// The stiffness of a contact of fixed corners over that of the spring of its tool, which is all
+/// that gives way there: what that leaves of the overlap, multipliers take over.
+inline constexpr float kWallFirmness = 100;
+
+/// N/m, with which vertex blocks meet a contact with a tool.
+/// @param firmness  over what its corners yield
+/// @param yield     m/N, of these; zero where all are fixed
+/// @param spring    N/m, of the tool; zero of one that goes where it is told
+[[nodiscard]] PBDSURG_HOST_DEVICE inline float met_stiffness(float firmness, float yield,
+                                                             float spring) {
+  return yield > 0 ? firmness / yield : kWallFirmness * spring;
+}
+
 /// @param at_rest    of thin capsules that do not move: one of the two
 /// @param thickness  of the capsule over the extent of the feature that it meets; to one nothing
 ///                   changes, from two on firmness is plain

@@ -35,7 +35,7 @@ void balance_coupling(const StepContext& step, const Substep<float>& lengths, To
 
 void end_coupling(const StepContext& step, ToolState& tool) {
   if (tool.is_coupled()) {
-    end_spring(tool.stride(), way_of(tool), step.data.part.h, tool.spring);
+    end_spring(tool.stride(), told_way(tool), way_of(tool), step.data.part.h, tool.spring);
   }
 }
 

@@ -70,6 +70,9 @@ struct FeatureCorners {
   Vec3<float> start[3], end[3];  ///< m
   bool is_fixed[3] = {};
 
+  /// A tool on a spring gives way in place of corners that do not.
+  PBDSURG_HOST_DEVICE void take_as_free() { is_fixed[0] = is_fixed[1] = is_fixed[2] = false; }
+
   /// Calls visit(k) for each. A loop to three keeps corners in a device's registers.
   template <class Visit>
   PBDSURG_HOST_DEVICE void for_each(const Visit& visit) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -36,11 +37,21 @@ class FeatureSearch {
     tool_.surface_contacts.clear();
     list_triangles();
     const auto count = static_cast<Index>(step_.copy.particles.size());
+    const auto consider_free = [&](Index place) {
+      if (vertices_.moving[place].w > 0) {
+        consider(std::array{place});
+      }
+    };
     if (near_ != nullptr) {
-      std::ranges::for_each(near_->vertices, [&](Index place) { consider(std::array{place}); });
+      std::ranges::for_each(near_->vertices, consider_free);
     }
     for (Index place = 0; near_ == nullptr && place < count && !tool_.capsules.empty(); ++place) {
-      consider(std::array{place});
+      consider_free(place);
+    }
+    if (tool_.is_coupled()) {
+      list_walls();
+      std::ranges::for_each(step_.scratch.walls_at_tool,
+                            [&](Index place) { consider(std::array{place}); });
     }
     for (const HalfSpace& half_space : tool_.half_spaces) {
       const SweptHalfSpace swept = swept_half_space(tool_, half_space).moved(displacement_);
@@ -74,6 +85,18 @@ class FeatureSearch {
     } else if (tool_.meets_triangles()) {
       step_.data.surface.for_each_triangle(list);
     }
+  }
+
+  // Fixed vertices of surfaces: others that do not move have no tissue.
+  void list_walls() const {
+    std::vector<Index>& walls = step_.scratch.walls_at_tool;
+    walls.clear();
+    for (const TissueSurface::PlaceTriangle& triangle : step_.scratch.triangles_at_tool) {
+      std::ranges::copy_if(triangle, std::back_inserter(walls),
+                           [&](Index place) { return !(vertices_.moving[place].w > 0); });
+    }
+    std::ranges::sort(walls);
+    walls.erase(std::unique(walls.begin(), walls.end()), walls.end());
   }
 
   [[nodiscard]] Outward outward_at(const ContactFeature& feature, float share) const {
@@ -136,10 +159,15 @@ class FeatureSearch {
 
   template <std::size_t kCount>
   void consider(const std::array<Index, kCount>& places) {
-    const FeatureCorners corners = corners_of(step_, places);
-    if (!box_of(corners).meets(box_) ||
-        std::ranges::none_of(places, [&](Index p) { return vertices_.moving[p].w > 0; })) {
+    FeatureCorners corners = corners_of(step_, places);
+    const bool gives_way = tool_.is_coupled() || std::ranges::any_of(places, [&](Index p) {
+                             return vertices_.moving[p].w > 0;
+                           });
+    if (!gives_way || !box_of(corners).meets(box_)) {
       return;
+    }
+    if (tool_.is_coupled()) {
+      corners.take_as_free();
     }
     const RememberedContact* const known = find_remembered(feature_of(corners));
     const auto outward = [&](float share) { return outward_at(feature_of(corners), share); };
@@ -185,6 +213,10 @@ FeatureCorners corners_of(const StepContext& step, std::span<const Index> places
     corners.is_fixed[k] = !(vertices.moving[places[k]].w > 0);
   }
   return corners;
+}
+
+Vec3<float> told_way(const ToolState& tool) {
+  return load(Eigen::Vector3f(tool.placed.translation() - tool.placed_before.translation()));
 }
 
 float way_of(const ToolState& tool) {
@@ -235,8 +267,12 @@ void follow_feature(const StepContext& step, const ToolState& tool, SurfaceConta
   const auto& [displacement, shift, yield] = tool.spring;
   const std::span<const Index> places(contact.feature.places);
   const auto count = static_cast<std::size_t>(contact.feature.count());
+  FeatureCorners corners = corners_of(step, places.first(count));
+  if (tool.is_coupled()) {
+    corners.take_as_free();
+  }
   turn_to(
-      corners_of(step, places.first(count)),
+      corners,
       swept_capsule(tool, static_cast<std::size_t>(contact.capsule)).moved(displacement + shift),
       shift, [&](Index place) { return vertices.base(place); },
       [&](Index place) { return own_start(step, vertices, place); }, contact);

@@ -55,6 +55,9 @@ void follow_feature(const StepContext& step, const ToolState& tool, SurfaceConta
   return {placed(tool.capsules_before[capsule]), placed(tool.placed_capsules[capsule])};
 }
 
+/// m, of its origin.
+[[nodiscard]] PBDSURG_API Vec3<float> told_way(const ToolState& tool);
+
 /// m, the longest way of an end of its capsules.
 [[nodiscard]] PBDSURG_API float way_of(const ToolState& tool);
 

@@ -7,7 +7,8 @@
 /// contacts in a narrow fold may be against each other. An axis passes a surface through an edge or
 /// at an end of its own, and the rectangle of a plate through vertices, too. What has come through
 /// is taken along by the tool from where the substep began, instead: what a tool takes along on all
-/// corners it does not pass.
+/// corners it does not pass. A tool on a spring that has come through what is fixed stays where it
+/// was.
 
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/types.h"
@@ -42,6 +43,18 @@ inline constexpr int kStopPasses = 8;
                                                                  const Vec3<float>& start) {
   const CorePlace place = capsule.before.closest(start);
   return start + (capsule.now.at(place) - capsule.before.at(place));
+}
+
+/// Gives a contact the side on which its feature is now, and no force.
+/// @param corners  of the feature, of which the end counts
+PBDSURG_HOST_DEVICE inline void take_side(const FeatureCorners& corners,
+                                          const SweptCapsule& capsule, SurfaceContact& contact) {
+  const feature_meeting::Meeting now = feature_meeting::meet_at(corners, 1, capsule);
+  if (now.distance < kInfinity && now.distance > 0) {
+    contact.normal = (1 / now.distance) * now.away;
+  }
+  contact.multiplier = 0;
+  contact.friction = {};
 }
 
 /// What holds the axis of a capsule, or the rectangle of a plate, through the substep.

@@ -50,13 +50,21 @@ class ToolPassing {
     }
     const NearFeatures* const near = serves_near() ? near_features(step_, index_) : nullptr;
     const std::size_t first = stopped_.size();
+    bool stays = false;
     for (int pass = 0; pass < kStopPasses; ++pass) {
       const std::size_t known = stopped_.size();
+      meets_wall_ = false;
       const auto look = [&](const TissueSurface::PlaceTriangle& triangle) { look_at(triangle); };
       if (near != nullptr) {
         std::ranges::for_each(near->triangles, look);
       } else {
         step_.data.surface.for_each_triangle(look);
+      }
+      if (meets_wall_ && !stays) {
+        stays = true;
+        stopped_.resize(known);
+        stay();
+        continue;
       }
       keep_new(first, known);
       if (stopped_.size() == known) {
@@ -122,7 +130,12 @@ class ToolPassing {
       }
       const Passing passing(capsule, corners);
       corners.for_each([&](int k) {
-        if (passing.has(k) && !corners.is_fixed[k]) {
+        if (!passing.has(k)) {
+          return;
+        }
+        if (corners.is_fixed[k]) {
+          meets_wall_ = meets_wall_ || tool_.is_coupled();
+        } else {
           stopped_.push_back({index_, corners.places[k], c, {}, {}});
         }
       });
@@ -146,6 +159,18 @@ class ToolPassing {
     stopped_.erase(std::unique(found, stopped_.end(), same), stopped_.end());
   }
 
+  // What its contacts say of sides may be what took it there.
+  void stay() {
+    tool_.spring.shift = -1.0F * told_way(tool_);
+    for (SurfaceContact& contact : tool_.surface_contacts) {
+      if (contact.capsule != kInvalidIndex) {
+        const std::span<const Index> places(contact.feature.places);
+        const auto count = static_cast<std::size_t>(contact.feature.count());
+        take_side(corners_of(step_, places.first(count)), swept(contact.capsule), contact);
+      }
+    }
+  }
+
   void take_along(StoppedVertex& vertex) const {
     const MovingVertices vertices = moving_vertices(step_);
     const Vector before = vertices.position(vertex.place);
@@ -158,9 +183,10 @@ class ToolPassing {
 
   const StepContext& step_;
   Index index_;
-  const ToolState& tool_;
+  ToolState& tool_;
   std::vector<StoppedVertex>& stopped_;
   float farthest_;
+  bool meets_wall_ = false;  // in this pass
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "lib/solver/methods/contact_multipliers.h"
 #include "lib/solver/methods/coupled_tool.h"
 #include "lib/solver/methods/feature_search.h"
+#include "lib/solver/methods/spring_motion.h"
 #include "lib/solver/methods/touch_response.h"
 #include "lib/solver/methods/touch_search.h"
 #include "lib/solver/methods/touched_pieces.h"
@@ -88,6 +89,7 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
     return sum;
   };
   for (ToolState& tool : step.copy.tools) {
+    const float spring = stiffness_of(tool.spring, state.inverse_dt_squared);
     for (SurfaceContact& contact : tool.surface_contacts) {
       float yield = 0;
       for (int k = 0; k < contact.feature.count(); ++k) {
@@ -96,7 +98,7 @@ void begin_surface_contacts(const StepContext& step, const VertexState& state) {
         yield += weight * pushes_at(place, contact, tool, weight) *
                  yield_of(step, state, place, contact.normal);
       }
-      contact.stiffness = yield > 0 ? own_firmness(step, tool, contact) / yield : 0.0F;
+      contact.stiffness = met_stiffness(own_firmness(step, tool, contact), yield, spring);
     }
   }
 }

@@ -110,6 +110,7 @@ struct PBDSURG_API StepScratch {
   std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
   std::vector<ContactEntry> contact_entries;  // likewise
   std::vector<TissueSurface::PlaceTriangle> triangles_at_tool;  ///< that one may touch
+  std::vector<Index> walls_at_tool;                             ///< fixed vertices of these
   std::vector<StoppedVertex> stopped;                           ///< in the current substep
   TouchedPieces touched;                                        ///< in the current sweep
   std::vector<GroupContact> group_contacts;  ///< of pieces that move at once, see group_balance.h
