@@ -29,7 +29,7 @@ constexpr float kJaws = 20e-3F;
 constexpr float kPress = 3e-3F;
 const Eigen::Vector3f kBeside(12e-3F, 8e-3F, 0);  // of the hook
 
-constexpr ToolSurface kVertices{ContactFeatures::vertices};  // as recorded results have it
+constexpr TissueContact kBodies{.thickness = 0.5e-3F, .friction = 0.1F};
 constexpr float kShaftRadius = 2.5e-3F;
 constexpr float kShaft = 0.2F;
 
@@ -59,11 +59,12 @@ FrameWorld::FrameWorld(const Scene& scene, const SolverOptions& options, double 
   aim();
   hook_ = world_.add_tool(
       {{{0, 0, 0}, {0, 0, kWire}, kWireRadius}, {{0, 0, kWire}, {0, 0, kShaft}, kShaftRadius}},
-      hook_pose_, kVertices);
+      hook_pose_);
   grasper_ = world_.add_tool(
       {{{0, 0, 0}, {0, 0, kJaws}, kJawRadius}, {{0, 0, kJaws}, {0, 0, kShaft}, kShaftRadius}},
-      grasper_pose_, kVertices);
+      grasper_pose_);
   const std::array bodies{world_.find_body("gallbladder"), world_.find_body("liver")};
+  world_.set_contact(bodies[0], bodies[1], kBodies);
   making_.heat = time_of([&] { burner_ = world_.add_cautery(hook_, bodies); });
   making_.surfaces = time_of([&] {
     for (std::size_t b = 0; b < bodies.size(); ++b) {

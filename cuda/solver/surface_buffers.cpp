@@ -51,6 +51,7 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
   arrays.roots = roots_.reserve(3 * of_all);
   arrays.pushes = pushes_.reserve(3 * of_all);
   arrays.levels = levels_.reserve(of_all);
+  arrays.handed = handed_.reserve(of_all);
   arrays.passed = passed_.fill(of_places, kNothingPassed & 0xFF, stream);
   arrays.stopped = stopped_.reserve(of_places);
   arrays.springs = springs_.reserve(of_tools);
@@ -136,8 +137,8 @@ std::size_t SurfaceBuffers::memory_bytes() const noexcept {
          list_memory_.memory_bytes() + contacts_.memory_bytes() + ends_.memory_bytes() +
          levels_.memory_bytes() + level_counts_.memory_bytes() + holds_at_.memory_bytes() +
          holds_.memory_bytes() + roots_.memory_bytes() + pushes_.memory_bytes() +
-         passed_.memory_bytes() + stopped_.memory_bytes() + springs_.memory_bytes() +
-         remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+         handed_.memory_bytes() + passed_.memory_bytes() + stopped_.memory_bytes() +
+         springs_.memory_bytes() + remembered_.memory_bytes() + remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

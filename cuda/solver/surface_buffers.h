@@ -50,6 +50,7 @@ class SurfaceBuffers {
   DeviceBuffer<Index> met_counts_, ends_, levels_, level_counts_, holds_, roots_;
   DeviceBuffer<HoldRange> holds_at_;
   DeviceBuffer<float> pushes_;
+  DeviceBuffer<HandedForce> handed_;
   DeviceBuffer<Index> passed_;
   DeviceBuffer<DeviceStopped> stopped_;
   DeviceBuffer<ToolSpring> springs_;

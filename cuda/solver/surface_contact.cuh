@@ -24,6 +24,7 @@ __device__ inline SurfaceArrays of_copy(SurfaceArrays surfaces, Index place_room
   surfaces.roots += of(3 * surfaces.contact_room);
   surfaces.pushes += of(3 * surfaces.contact_room);
   surfaces.levels += of(surfaces.contact_room);
+  surfaces.handed += of(surfaces.contact_room);
   surfaces.passed += surfaces.passed != nullptr ? of(place_room) : 0;
   surfaces.stopped += surfaces.stopped != nullptr ? of(place_room) : 0;
   surfaces.springs += of(surfaces.meeter_room);

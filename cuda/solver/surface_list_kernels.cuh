@@ -245,6 +245,61 @@ __device__ inline void list_holds(const SurfaceArrays& surfaces, const ContactLi
   __syncthreads();
 }
 
+/// Whether a feature is among contacts, which are in its order.
+__device__ inline bool is_met(const DeviceContact* contacts, Index count,
+                              const ContactFeature& feature) {
+  Index low = 0, high = count;
+  while (low < high) {
+    const Index middle = (low + high) / 2;
+    const int order = compare(contacts[middle].contact.feature, feature);
+    if (order == 0) {
+      return true;
+    }
+    low = order < 0 ? middle + 1 : low;
+    high = order < 0 ? high : middle;
+  }
+  return false;
+}
+
+/// Of all contacts that are not met any more; the order is that of what the substep before left.
+__device__ inline void hand_over(const SurfaceArrays& surfaces, const Meeters& meeters,
+                                 Index meeter_count, float inverse_dt_squared) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  // what an edit has left of the room may be less
+  const auto end_of = [&](const Meeters::Range& range) {
+    const Index end = range.first + range.count;
+    return end < surfaces.contact_room ? end : surfaces.contact_room;
+  };
+  for (Index m = 0; m < meeter_count; ++m) {
+    const Meeters::Range range = meeters.range(m);
+    const Index begin = surfaces.ends[m], end = surfaces.ends[m + 1];
+    for (Index r = range.first + thread; r < end_of(range); r += kListThreads) {
+      const RememberedContact gone = meeters.remembered[r];
+      HandedForce handed;
+      if (gone.force > 0 && !is_met(surfaces.contacts + begin, end - begin, gone.feature)) {
+        for (Index c = begin; c < end; ++c) {
+          handed.consider(gone, surfaces.contacts[c].contact, c);
+        }
+      }
+      surfaces.handed[r] = handed;
+    }
+  }
+  __syncthreads();
+  for (Index m = 0; m < meeter_count; ++m) {
+    const Meeters::Range range = meeters.range(m);
+    for (Index c = surfaces.ends[m] + thread; c < surfaces.ends[m + 1]; c += kListThreads) {
+      SurfaceContact& contact = surfaces.contacts[c].contact;
+      for (Index r = range.first; contact.is_new && r < end_of(range); ++r) {
+        const HandedForce handed = surfaces.handed[r];
+        if (handed.taker == c) {
+          contact.multiplier += handed.share * meeters.remembered[r].force / inverse_dt_squared;
+        }
+      }
+    }
+  }
+  __syncthreads();
+}
+
 /// One block a copy.
 /// @param has_pushers  then other contacts have been counted
 __global__ void __launch_bounds__(kListThreads)
@@ -297,14 +352,7 @@ __global__ void __launch_bounds__(kListThreads)
   __syncthreads();
   const Index kept = sort_contacts(lists, count);
   for (Index c = thread; c < kept; c += kListThreads) {
-    const DeviceContact contact = surfaces.found[lists.order[c]];
-    surfaces.contacts[c] = contact;
-    const bool is_likely =
-        contact.contact.multiplier > 0 || read_contact(state, surfaces, contact).gap < 0;
-    for (int k = 0; k < 3; ++k) {
-      lists.weights[3 * c + k] =
-          is_likely ? contact.contact.weights[k] : -contact.contact.weights[k];
-    }
+    surfaces.contacts[c] = surfaces.found[lists.order[c]];
   }
   // where the contacts of each meeter begin
   for (Index c = thread; c <= kept; c += kListThreads) {
@@ -312,6 +360,19 @@ __global__ void __launch_bounds__(kListThreads)
     const Index last = c == kept ? surfaces.meeter_room : lists.sorted_keys[c].meeter;
     for (Index m = first; m <= last; ++m) {
       surfaces.ends[m] = c;
+    }
+  }
+  __syncthreads();
+  if (remembers) {
+    hand_over(surfaces, meeters, input->meeter_count, inverse_dt_squared);
+  }
+  for (Index c = thread; c < kept; c += kListThreads) {
+    const DeviceContact& contact = surfaces.contacts[c];
+    const bool is_likely =
+        contact.contact.multiplier > 0 || read_contact(state, surfaces, contact).gap < 0;
+    for (int k = 0; k < 3; ++k) {
+      lists.weights[3 * c + k] =
+          is_likely ? contact.contact.weights[k] : -contact.contact.weights[k];
     }
   }
   __syncthreads();

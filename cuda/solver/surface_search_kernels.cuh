@@ -202,12 +202,20 @@ struct Meeters {
     return is_first ? meeters[meeter].displacement : surfaces.springs[meeter].displacement;
   }
 
+  /// Of a meeter, within `remembered`.
+  struct Range {
+    Index first, count;
+  };
+  [[nodiscard]] __device__ Range range(Index meeter) const {
+    if (remembered_ends == nullptr) {
+      return {meeters[meeter].first_remembered, meeters[meeter].remembered_count};
+    }
+    return {remembered_ends[meeter], remembered_ends[meeter + 1] - remembered_ends[meeter]};
+  }
+
   [[nodiscard]] __device__ const RememberedContact* find(Index meeter,
                                                          const ContactFeature& feature) const {
-    const Index first =
-        remembered_ends == nullptr ? meeters[meeter].first_remembered : remembered_ends[meeter];
-    const Index count = remembered_ends == nullptr ? meeters[meeter].remembered_count
-                                                   : remembered_ends[meeter + 1] - first;
+    const auto [first, count] = range(meeter);
     return find_remembered(remembered + first, count, feature);
   }
 
@@ -259,6 +267,7 @@ __device__ inline bool find_contact(const DeviceState& state, const SurfaceArray
   found.contact = contact_of(
       candidate.corners, met, [&](Index place) { return base_of(state, place); },
       [&](Index place) { return own_start(state, place); });
+  found.contact.is_new = known == nullptr;
   if (remembers && known != nullptr) {
     recall(*known, inverse_dt_squared, found.contact);
   }

@@ -21,6 +21,7 @@
 #include "lib/solver/methods/feature_meeting.h"
 #include "lib/solver/methods/grip_motion.h"
 #include "lib/solver/methods/group_balance.h"
+#include "lib/solver/methods/handed_force.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
 #include "lib/solver/state/surface_contact.h"
@@ -335,6 +336,8 @@ struct SurfaceArrays {
   /// [copy][contact_room] contacts of one level share no corner and no spring, and come after
   /// those of lower ones
   Index* levels = nullptr;
+  /// [copy][contact_room] of what the substep before left: see HandedForce
+  HandedForce* handed = nullptr;
   Index* passed = nullptr;           ///< [copy][capacity] kNothingPassed between substeps
   DeviceStopped* stopped = nullptr;  ///< [copy][capacity] by the tool at work
   ToolSpring* springs = nullptr;     ///< [copy][meeter_room] yield 0 of those that have none

@@ -424,7 +424,9 @@ class ThreadedBackend final : public Backend {
           if (thread == 0) {
             stop_passing(step);
           }
-          meet(turn);
+          if (!turn.is_idle()) {
+            meet(turn);
+          }
         }
         break;
       case StepOperation::collect_forces:  // of thread 0, too

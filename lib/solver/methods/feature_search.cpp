@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "lib/solver/methods/feature_meeting.h"
+#include "lib/solver/methods/handed_force.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
@@ -29,6 +30,7 @@ class FeatureSearch {
         tool_(tool),
         near_(near),
         inverse_dt_squared_(lengths.inverse_dt_squared),
+        goes_on_(moves_vertices(step.data.options) && !is_explicit(step.data.options)),
         report_(report),
         displacement_(tool.spring.displacement),
         box_(swept_box(tool).moved(displacement_)) {}
@@ -68,6 +70,9 @@ class FeatureSearch {
       return a.feature == b.feature;
     };
     found.erase(std::unique(found.begin(), found.end(), same), found.end());
+    if (goes_on_) {
+      std::ranges::for_each(tool_.remembered, [&](const auto& gone) { hand_over(gone); });
+    }
   }
 
  private:
@@ -121,8 +126,8 @@ class FeatureSearch {
     SurfaceContact contact = contact_of(
         corners, met, [&](Index place) { return vertices_.base(place); },
         [&](Index place) { return own_start(step_, vertices_, place); });
-    if (known != nullptr && moves_vertices(step_.data.options) &&
-        !is_explicit(step_.data.options)) {
+    contact.is_new = known == nullptr;
+    if (known != nullptr && goes_on_) {
       recall(*known, inverse_dt_squared_, contact);
     }
     tool_.surface_contacts.push_back(contact);
@@ -185,11 +190,29 @@ class FeatureSearch {
     return found != tool_.remembered.end() && found->feature == feature ? &*found : nullptr;
   }
 
+  // Of a contact that is not met any more.
+  void hand_over(const RememberedContact& gone) const {
+    std::vector<SurfaceContact>& contacts = tool_.surface_contacts;
+    if (!(gone.force > 0) ||
+        std::ranges::binary_search(contacts, gone.feature, {}, &SurfaceContact::feature)) {
+      return;
+    }
+    HandedForce handed;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      handed.consider(gone, contacts[c], static_cast<Index>(c));
+    }
+    if (handed.taker != kInvalidIndex) {
+      contacts[static_cast<std::size_t>(handed.taker)].multiplier +=
+          handed.share * gone.force / inverse_dt_squared_;
+    }
+  }
+
   const StepContext& step_;
   MovingVertices vertices_;
   ToolState& tool_;
   const NearFeatures* near_;
   float inverse_dt_squared_;
+  bool goes_on_;  // from the forces of the substep before
   StepReport& report_;
   Vector displacement_;
   ContactBox box_;
