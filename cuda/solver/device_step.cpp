@@ -132,7 +132,7 @@ class Enqueuer {
         }
         break;
       case StepOperation::stop_passing:
-        if (has_meeters) {
+        if (has_meeters && tools.surfaces.thin_count > 0) {
           kernels.stop_passing(state, tools, input, substep, launch_);
         }
         break;

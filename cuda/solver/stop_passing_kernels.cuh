@@ -14,21 +14,23 @@ namespace {
 
 constexpr int kStopThreads = 512;
 
-/// m, the longest of a vertex in the substep; for all threads of a block.
-__device__ inline float farthest_way(const DeviceState& state, Index vertices) {
+/// m, the longest of a vertex of sheets and threads; for all threads of a block.
+__device__ inline float farthest_way(const DeviceState& state, const SurfaceArrays& surfaces) {
   __shared__ int farthest;  // bits: of what is not negative, they have the order of numbers
   if (threadIdx.x == 0) {
     farthest = 0;
   }
   __syncthreads();
   float square = 0;
-  for (Index place = static_cast<Index>(threadIdx.x); place < vertices; place += kStopThreads) {
-    Vec3<float> way = position_of(load_particle(moving_of(state) + place));
-    if (state.displacements == nullptr) {
-      way = way - position_of(load_particle(state.previous + place));
+  for (Index corner = static_cast<Index>(threadIdx.x); corner < 3 * surfaces.thin_count;
+       corner += kStopThreads) {
+    const Index place = __ldg(surfaces.thin + corner);
+    if (place != kInvalidIndex) {
+      const CornerMotion motion = load_motion(state, place);
+      const Vec3<float> way = motion.end - motion.start;
+      const float own = dot(way, way);
+      square = square < own ? own : square;
     }
-    const float own = dot(way, way);
-    square = square < own ? own : square;
   }
   atomicMax(&farthest, __float_as_int(square));
   __syncthreads();
@@ -74,8 +76,7 @@ class ToolPassing {
     bool stays = false;
     for (int pass = 0; pass < kStopPasses; ++pass) {
       Look look;
-      for (Index t = static_cast<Index>(threadIdx.x); t < surfaces_.triangle_count;
-           t += kStopThreads) {
+      for (Index t = static_cast<Index>(threadIdx.x); t < surfaces_.thin_count; t += kStopThreads) {
         look_at(t, look);
       }
       if (__syncthreads_or(look.meets_wall && !stays ? 1 : 0) != 0) {
@@ -126,7 +127,7 @@ class ToolPassing {
   };
 
   __device__ void look_at(Index triangle, Look& look) const {
-    const Index* const places = surfaces_.triangles + 3 * static_cast<std::ptrdiff_t>(triangle);
+    const Index* const places = surfaces_.thin + 3 * static_cast<std::ptrdiff_t>(triangle);
     FeatureCorners corners;
     corners.count = 3;
     for (int k = 0; k < 3; ++k) {
@@ -240,7 +241,7 @@ __global__ void __launch_bounds__(kStopThreads)
   const SurfaceArrays surfaces = of_copy(tools, state.capacity).surfaces;
   input += copy_index();
   const Meeters meeters(surfaces, input, substep);
-  const float farthest = farthest_way(state, vertices);
+  const float farthest = farthest_way(state, surfaces);
   for (Index t = 0; t < input->tool_count; ++t) {
     const Index m = table<ToolInput>(input, input->tools)[t].meeter;
     if (m == kInvalidIndex || !meeters.meeters[m].meets_triangles) {

@@ -74,15 +74,25 @@ void SurfaceBuffers::make_room(const SolverData& data, const Room& room, cudaStr
 // In the order in which a host goes through them.
 void SurfaceBuffers::upload_triangles(const TissueSurface& surface, Index vertex_room,
                                       cudaStream_t stream) {
-  std::vector<std::array<Index, 3>> all;
-  all.reserve(std::bit_ceil(static_cast<std::size_t>(surface.triangle_count())));
-  surface.for_each_triangle([&](const auto& triangle) { all.push_back(triangle); });
   // edits change their number, and recorded steps shall stay
-  all.resize(all.empty() ? 0 : std::bit_ceil(all.size()),
-             {kInvalidIndex, kInvalidIndex, kInvalidIndex});
-  arrays_.triangles =
-      triangles_.upload({all.empty() ? nullptr : all.front().data(), 3 * all.size()}, stream);
+  const auto fill_up = [](std::vector<TissueSurface::PlaceTriangle>& triangles) {
+    triangles.resize(triangles.empty() ? 0 : std::bit_ceil(triangles.size()),
+                     {kInvalidIndex, kInvalidIndex, kInvalidIndex});
+  };
+  const auto upload = [&](const std::vector<TissueSurface::PlaceTriangle>& triangles,
+                          DeviceBuffer<Index>& buffer) {
+    return buffer.upload(
+        {triangles.empty() ? nullptr : triangles.front().data(), 3 * triangles.size()}, stream);
+  };
+  std::vector<TissueSurface::PlaceTriangle> all, thin;
+  surface.for_each_triangle([&](const auto& triangle) { all.push_back(triangle); });
+  surface.for_each_thin([&](const auto& triangle) { thin.push_back(triangle); });
+  fill_up(all);
+  fill_up(thin);
+  arrays_.triangles = upload(all, triangles_);
   arrays_.triangle_count = static_cast<Index>(all.size());
+  arrays_.thin = upload(thin, thin_);
+  arrays_.thin_count = static_cast<Index>(thin.size());
   const auto for_each_corner = [&](const auto& visit) {
     for (std::size_t t = 0; t < all.size(); ++t) {
       for (const Index place : all[t]) {
@@ -132,13 +142,14 @@ void SurfaceBuffers::take_contacts(Index copy, std::span<const Index> meeters,
 }
 
 std::size_t SurfaceBuffers::memory_bytes() const noexcept {
-  return triangles_.memory_bytes() + around_.memory_bytes() + first_around_.memory_bytes() +
-         firmness_.memory_bytes() + met_counts_.memory_bytes() + found_.memory_bytes() +
-         list_memory_.memory_bytes() + contacts_.memory_bytes() + ends_.memory_bytes() +
-         levels_.memory_bytes() + level_counts_.memory_bytes() + holds_at_.memory_bytes() +
-         holds_.memory_bytes() + roots_.memory_bytes() + pushes_.memory_bytes() +
-         handed_.memory_bytes() + passed_.memory_bytes() + stopped_.memory_bytes() +
-         springs_.memory_bytes() + remembered_.memory_bytes() + remembered_ends_.memory_bytes();
+  return triangles_.memory_bytes() + thin_.memory_bytes() + around_.memory_bytes() +
+         first_around_.memory_bytes() + firmness_.memory_bytes() + met_counts_.memory_bytes() +
+         found_.memory_bytes() + list_memory_.memory_bytes() + contacts_.memory_bytes() +
+         ends_.memory_bytes() + levels_.memory_bytes() + level_counts_.memory_bytes() +
+         holds_at_.memory_bytes() + holds_.memory_bytes() + roots_.memory_bytes() +
+         pushes_.memory_bytes() + handed_.memory_bytes() + passed_.memory_bytes() +
+         stopped_.memory_bytes() + springs_.memory_bytes() + remembered_.memory_bytes() +
+         remembered_ends_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

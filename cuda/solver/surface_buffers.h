@@ -43,7 +43,7 @@ class SurfaceBuffers {
   Room room_{};
   std::optional<std::uint64_t> seen_surface_, seen_firmness_;  // revisions
 
-  DeviceBuffer<Index> triangles_, around_, first_around_;
+  DeviceBuffer<Index> triangles_, thin_, around_, first_around_;
   DeviceBuffer<float> firmness_;
   DeviceBuffer<DeviceContact> found_, contacts_;
   DeviceBuffer<unsigned char> list_memory_;

@@ -318,6 +318,7 @@ inline constexpr Index kNothingPassed = 0x7F7F7F7F;
 /// A hold is a corner of a contact, 3 * contact + corner.
 struct SurfaceArrays {
   const Index* triangles = nullptr;  ///< [triangle][3] places; kInvalidIndex where there is none
+  const Index* thin = nullptr;       ///< [thin][3] likewise, of sheets, and links
   /// [place] the triangles there, ascending, from first_around[place] to first_around[place + 1]
   const Index* around = nullptr;
   const Index* first_around = nullptr;  ///< [capacity + 1]
@@ -350,7 +351,7 @@ struct SurfaceArrays {
   Index* told_ends = nullptr;                    ///< [copy][1 + meeter_room]
   ToolSpring* told_springs = nullptr;            ///< [copy][meeter_room]
   bool has_springs = false;                      ///< whether a tool is coupled
-  Index triangle_count = 0;
+  Index triangle_count = 0, thin_count = 0;
   Index candidate_room = 0;  ///< of a tool
   Index tool_room = 0;       ///< contacts of a tool
   Index meeter_room = 0, contact_room = 0;

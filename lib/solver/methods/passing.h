@@ -2,13 +2,16 @@
 #pragma once
 
 /// @file
-/// What comes through a tool in a substep, for one triangle of a surface, on a CPU or a device.
-/// Contacts keep features outside, but not always: sweeps may throw a light wall by many radii, and
-/// contacts in a narrow fold may be against each other. An axis passes a surface through an edge or
-/// at an end of its own, and the rectangle of a plate through vertices, too. What has come through
-/// is taken along by the tool from where the substep began, instead: what a tool takes along on all
-/// corners it does not pass. A tool on a spring that has come through what is fixed stays where it
-/// was.
+/// What of sheets and threads comes through a tool in a substep, for one triangle or link, on a CPU
+/// or a device. Contacts keep features outside, but not always: sweeps may throw a light wall by
+/// many radii, and contacts in a narrow fold may be against each other. An axis passes a surface
+/// through an edge or at an end of its own, and the rectangle of a plate through vertices, too.
+/// What has come through is taken along by the tool from where the substep began, instead: what a
+/// tool takes along on all corners it does not pass. A tool on a spring that has come through what
+/// is fixed stays where it was.
+///
+/// Solids have no such stop: their tetrahedra would be strained by it, again in each substep, and
+/// what is within a tool because heat has let it in would be torn along.
 
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/types.h"
@@ -66,14 +69,13 @@ PBDSURG_HOST_DEVICE inline void take_side(const FeatureCorners& corners,
   return box;
 }
 
-/// Which corners of a triangle, or of a link, bound what has come through a capsule.
+/// Which corners of a triangle, or of a link, bound what has come through a capsule: from whichever
+/// side.
 class Passing {
  public:
   /// @param corners  three, in the order of the triangle; of a link, the last is there twice
   PBDSURG_HOST_DEVICE Passing(const SweptCapsule& capsule, const FeatureCorners& corners)
-      : capsule_(capsule),
-        corners_(corners),
-        normal_(cross(corners.start[1] - corners.start[0], corners.start[2] - corners.start[0])) {
+      : capsule_(capsule), corners_(corners) {
     const PlacedCapsule& now = capsule.now;
     for (int k = 0; k < 3; ++k) {
       const int next = k == 2 ? 0 : k + 1;
@@ -105,13 +107,6 @@ class Passing {
     return {capsule_.before.corner(place), capsule_.now.corner(place)};
   }
 
-  // Else the tool was within tissue, which it leaves as it found it.
-  [[nodiscard]] PBDSURG_HOST_DEVICE bool was_outside(const Vec3<float>& away) const {
-    constexpr float kWithin = 0.25F;  // square of the cosine: beside an edge both sides are near it
-    const float along = dot(away, normal_);
-    return !(along > 0) || !(along * along > kWithin * dot(away, away) * dot(normal_, normal_));
-  }
-
   [[nodiscard]] PBDSURG_HOST_DEVICE bool comes_through(int first, int second, const CorePlace& from,
                                                        const CorePlace& to) const {
     using feature_meeting::between;
@@ -124,28 +119,22 @@ class Passing {
     const float travel =
         larger(length(corners_.end[first] - c), length(corners_.end[second] - d)) +
         larger(length(capsule_.now.corner(from) - a), length(capsule_.now.corner(to) - b));
-    return !(length(away) > travel) && was_outside(away) &&
-           segments_cross(way(from), way(to), way(first), way(second));
+    return !(length(away) > travel) && segments_cross(way(from), way(to), way(first), way(second));
   }
 
   [[nodiscard]] PBDSURG_HOST_DEVICE bool comes_through(const CorePlace& place) const {
-    return !(dot(corners_.start[0] - capsule_.before.corner(place), normal_) > 0) &&
-           point_crosses(way(place), way(0), way(1), way(2));
+    return point_crosses(way(place), way(0), way(1), way(2));
   }
 
   // A vertex, through a plate.
   [[nodiscard]] PBDSURG_HOST_DEVICE bool comes_through(int corner) const {
-    const Vec3<float>& start = corners_.start[corner];
-    const CorePlace place = capsule_.before.closest(start);
     const CornerWay vertex = way(corner), a = way({0, 0}), b = way({1, 0}), c = way({1, 1}),
                     d = way({0, 1});
-    return was_outside(start - capsule_.before.at(place)) &&
-           (point_crosses(vertex, a, b, c) || point_crosses(vertex, a, c, d));
+    return point_crosses(vertex, a, b, c) || point_crosses(vertex, a, c, d);
   }
 
   const SweptCapsule& capsule_;
   const FeatureCorners& corners_;
-  Vec3<float> normal_;
   int bits_ = 0;
 };
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "lib/solver/methods/feature_search.h"
-#include "lib/solver/methods/near_search.h"
 #include "lib/solver/methods/passing.h"
+#include "lib/solver/methods/surface_contacts.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
@@ -21,16 +21,17 @@ namespace {
 
 using Vector = Vec3<float>;
 
-// m, the longest of a vertex.
+// m, the longest of a vertex of sheets and threads; less than nothing if there are none.
 float farthest_way(const StepContext& step) {
   const MovingVertices vertices = moving_vertices(step);
-  float square = 0;
-  for (Index place = 0; place < static_cast<Index>(step.copy.particles.size()); ++place) {
-    const Vector way = load(vertices.moving[place]) -
-                       (vertices.bases == nullptr ? load(step.scratch.previous[place]) : Vector{});
-    square = std::max(square, dot(way, way));
-  }
-  return std::sqrt(square);
+  float square = -1;
+  step.data.surface.for_each_thin([&](const TissueSurface::PlaceTriangle& triangle) {
+    for (const Index place : triangle) {
+      const Vector way = vertices.position(place) - start_of(step, vertices, place);
+      square = std::max(square, dot(way, way));
+    }
+  });
+  return square < 0 ? square : std::sqrt(square);
 }
 
 // What one tool takes along.
@@ -48,18 +49,12 @@ class ToolPassing {
     if (!may_pass()) {
       return;
     }
-    const NearFeatures* const near = serves_near() ? near_features(step_, index_) : nullptr;
     const std::size_t first = stopped_.size();
     bool stays = false;
     for (int pass = 0; pass < kStopPasses; ++pass) {
       const std::size_t known = stopped_.size();
       meets_wall_ = false;
-      const auto look = [&](const TissueSurface::PlaceTriangle& triangle) { look_at(triangle); };
-      if (near != nullptr) {
-        std::ranges::for_each(near->triangles, look);
-      } else {
-        step_.data.surface.for_each_triangle(look);
-      }
+      step_.data.surface.for_each_thin([&](const auto& triangle) { look_at(triangle); });
       if (meets_wall_ && !stays) {
         stays = true;
         stopped_.resize(known);
@@ -107,17 +102,6 @@ class ToolPassing {
       }
     }
     return false;
-  }
-
-  // Whether what is near the tool has all that may pass: it has what was within that and twice the
-  // slack, of which capsules and vertices may have gone one each before the substep.
-  [[nodiscard]] bool serves_near() const {
-    for (Index c = 0; c < capsule_count(); ++c) {
-      if (!(farthest_ < way_through(swept(c).before))) {
-        return false;
-      }
-    }
-    return true;
   }
 
   void look_at(const TissueSurface::PlaceTriangle& triangle) {
@@ -192,13 +176,12 @@ class ToolPassing {
 }  // namespace
 
 void stop_passing(const StepContext& step) {
-  const auto stops = [&](Index tool) {
-    return step.copy.tools[tool].meets_triangles() && step.copy.pushes(tool);
-  };
-  float farthest = -1;
-  for (Index tool = 0; tool < static_cast<Index>(step.copy.tools.size()); ++tool) {
-    if (stops(tool)) {
-      farthest = farthest < 0 ? farthest_way(step) : farthest;
+  if (!meets_surfaces(step)) {
+    return;
+  }
+  const float farthest = farthest_way(step);
+  for (Index tool = 0; farthest >= 0 && tool < static_cast<Index>(step.copy.tools.size()); ++tool) {
+    if (step.copy.tools[tool].meets_triangles() && step.copy.pushes(tool)) {
       ToolPassing(step, tool, farthest).stop();
     }
   }

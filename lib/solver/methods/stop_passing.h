@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Nothing passes a tool that meets edges and triangles: see passing.h.
+/// Nothing of sheets and threads passes a tool that meets edges and triangles: see passing.h.
 
 #include "lib/solver/program/step_scratch.h"
 
@@ -12,8 +12,8 @@ namespace pbdsurg {
 /// pushed for collect_tool_forces(). What is fixed stays; a triangle or an edge with a fixed corner
 /// may pass in the end, as the others alone do not keep it.
 ///
-/// Cost: O(vertices) and O(contacts), while nothing has moved as far as through a tool; else
-/// O(triangles near it), or O(triangles) where these are not listed.
+/// Cost: O(triangles of sheets and links) and, where anything of these has moved as far as through
+/// a tool, as much a few times more.
 void stop_passing(const StepContext& step);
 
 }  // namespace pbdsurg

@@ -69,6 +69,19 @@ class TissueSurface final : public Follower {
     std::ranges::for_each(links_, visit);
   }
 
+  /// Likewise those of sheets, and links: what has no inside.
+  template <class Visit>
+  void for_each_thin(const Visit& visit) const {
+    for (const std::unique_ptr<Surface>& surface : surfaces_) {
+      for (const PlaceTriangle& triangle : surface->triangles) {
+        if (surface->live.is_two_sided() && triangle[0] != kInvalidIndex) {
+          visit(triangle);
+        }
+      }
+    }
+    std::ranges::for_each(links_, visit);
+  }
+
   /// The links within a body of particles, each pair of ends once, ascending.
   [[nodiscard]] std::vector<PlaceTriangle> links_of(const Tissue& tissue, Index body) const;
 
