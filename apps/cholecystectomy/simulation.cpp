@@ -37,6 +37,9 @@ const std::vector<Capsule>& grasper_capsules() {
 // Tissue pushes a hand away, however hard the script aims through it.
 constexpr pbdsurg::ToolCoupling kHand{.stiffness = 500};  // N/m
 
+// What the strands between gallbladder and liver leave free does not pass through the other.
+constexpr pbdsurg::TissueContact kBed{.thickness = 0.5e-3F, .friction = 0.1F};
+
 pbdsurg::CauteryOptions hook_options() {
   pbdsurg::CauteryOptions options;
   options.contact_radius = 1.5e-3;
@@ -126,6 +129,7 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
   for (const Instrument& instrument : {grasper, hook}) {
     world.couple(instrument.tool, kHand);
   }
+  world.set_contact(body_of(Organ::gallbladder), body_of(Organ::liver), kBed);
   find_surfaces();
 }
 
