@@ -21,10 +21,10 @@ template <>
 struct YieldingContacts<SurfaceArrays> {
   static constexpr int kCorners = 3;
   const SurfaceArrays& arrays;
-  float inverse_dt_squared;
+  float inverse_square;  // of the substep's length, 1/s^2
 
   __device__ YieldingContacts(const ToolArrays& tools, float inverse_dt_squared)
-      : arrays(tools.surfaces), inverse_dt_squared(inverse_dt_squared) {}
+      : arrays(tools.surfaces), inverse_square(inverse_dt_squared) {}
   [[nodiscard]] __device__ Vec3<float> normal(Index c) const {
     return arrays.contacts[c].contact.normal;
   }
@@ -34,9 +34,8 @@ struct YieldingContacts<SurfaceArrays> {
   __device__ void set(Index c, float yield) const {
     DeviceContact& stored = arrays.contacts[c];
     const ToolSpring* const spring = spring_of(arrays, stored);
-    stored.contact.stiffness =
-        met_stiffness(stored.firmness, yield,
-                      spring == nullptr ? 0.0F : stiffness_of(*spring, inverse_dt_squared));
+    stored.contact.stiffness = met_stiffness(
+        stored.firmness, yield, spring == nullptr ? 0.0F : stiffness_of(*spring, inverse_square));
   }
 };
 
