@@ -50,6 +50,55 @@ void move(const StepContext& step, const MovingVertices& vertices, const TissueT
   }
 }
 
+// How often likely contacts push a corner. Those at a vertex, of which there may be many, are
+// looked up once.
+class LikelyPushes {
+ public:
+  explicit LikelyPushes(const StepContext& step) : step_(step), lists_(step.scratch.likely_pushes) {
+    lists_.weights.clear();
+    lists_.of_holds.assign(step.scratch.holds.size(), {});
+  }
+
+  // @param own  beside them
+  [[nodiscard]] float sum(Index place, float own) {
+    const auto [first, count] = list_at(place);
+    for (Index i = first; i < first + count; ++i) {
+      own += lists_.weights[static_cast<std::size_t>(i)];
+    }
+    return own;
+  }
+
+ private:
+  [[nodiscard]] PushLists::Range list_at(Index place) {
+    const Index first_hold = step_.scratch.first_holds[place];
+    if (first_hold == kInvalidIndex) {
+      return {0, 0};
+    }
+    PushLists::Range& range = lists_.of_holds[static_cast<std::size_t>(first_hold)];
+    if (range.first == kInvalidIndex) {
+      range = list(first_hold);
+    }
+    return range;
+  }
+
+  [[nodiscard]] PushLists::Range list(Index first_hold) {
+    const auto first = static_cast<Index>(lists_.weights.size());
+    for (Index h = first_hold; h != kInvalidIndex; h = step_.scratch.holds[h].next) {
+      const VertexHold& hold = step_.scratch.holds[h];
+      if (hold.kind == HoldKind::touch) {
+        const TissueTouch& touch = step_.copy.touches.contacts[hold.entry];
+        if (touch.is_likely) {
+          lists_.weights.push_back(std::abs(touch.weights[hold.corner]));
+        }
+      }
+    }
+    return {first, static_cast<Index>(lists_.weights.size()) - first};
+  }
+
+  const StepContext& step_;
+  PushLists& lists_;
+};
+
 // Moves corners by their masses.
 void project(const StepContext& step, TissueTouch& touch, float friction) {
   const MovingVertices vertices = moving_vertices(step);
@@ -80,25 +129,14 @@ void begin_touches(const StepContext& step, const VertexState& state) {
   for (TissueTouch& touch : touches) {
     touch.is_likely = touch.multiplier > 0 || read_touch(vertices, touch).gap < 0;
   }
-  // What all contacts do at a corner: how often it is pushed.
-  const auto pushes_at = [&](Index place, const TissueTouch& own, float weight) {
-    float sum = own.is_likely ? 0 : weight;
-    for (Index h = step.scratch.first_holds[place]; h != kInvalidIndex;
-         h = step.scratch.holds[h].next) {
-      const VertexHold& hold = step.scratch.holds[h];
-      if (hold.kind == HoldKind::touch && touches[hold.entry].is_likely) {
-        sum += std::abs(touches[hold.entry].weights[hold.corner]);
-      }
-    }
-    return sum;
-  };
+  LikelyPushes pushes(step);
   for (TissueTouch& touch : touches) {
     float yield = 0;
     for (int k = 0; k < TissueTouch::kCorners; ++k) {
       const Index place = touch.places[k];
       const float weight = std::abs(touch.weights[k]);
-      yield +=
-          weight * pushes_at(place, touch, weight) * yield_of(step, state, place, touch.normal);
+      yield += weight * pushes.sum(place, touch.is_likely ? 0 : weight) *
+               yield_of(step, state, place, touch.normal);
     }
     touch.stiffness = yield > 0 ? 1 / yield : 0.0F;
   }

@@ -108,6 +108,8 @@ void StepScratch::reserve_holds(const SolverData& data) {
   }
   holds.reserve(most);
   gives.reserve(most);
+  likely_pushes.weights.reserve(most);
+  likely_pushes.of_holds.reserve(most);
   contact_entries.reserve(most);
   group_contacts.reserve(most_rigid);
   group_answers.reserve(most_rigid);
@@ -135,12 +137,13 @@ std::size_t StepScratch::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) + bytes_of(fixed_points) +
       bytes_of(triangles_at_tool) + bytes_of(first_holds) + bytes_of(holds) + bytes_of(gives) +
-      bytes_of(held) + bytes_of(contact_entries) + bytes_of(group_answers) + bytes_of(group_space) +
-      bytes_of(group_contacts) + bytes_of(group_bodies) + bytes_of(piece_pairs) +
-      touched.memory_bytes() + bytes_of(end_ways) + bytes_of(end_gives) + bytes_of(end_shears) +
-      bytes_of(linked) + bytes_of(lone_ends) + coarse.memory_bytes() + pushed.memory_bytes() +
-      meeting.memory_bytes() + bytes_of(guards) + bytes_of(springs) + bytes_of(volumes) +
-      bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
+      bytes_of(likely_pushes.weights) + bytes_of(likely_pushes.of_holds) + bytes_of(walls_at_tool) +
+      bytes_of(stopped) + bytes_of(held) + bytes_of(contact_entries) + bytes_of(group_answers) +
+      bytes_of(group_space) + bytes_of(group_contacts) + bytes_of(group_bodies) +
+      bytes_of(piece_pairs) + touched.memory_bytes() + bytes_of(end_ways) + bytes_of(end_gives) +
+      bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) + coarse.memory_bytes() +
+      pushed.memory_bytes() + meeting.memory_bytes() + bytes_of(guards) + bytes_of(springs) +
+      bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips) + bytes_of(triangles);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

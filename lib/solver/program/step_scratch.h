@@ -89,6 +89,16 @@ struct StoppedVertex {
   Vec3<float> push;   ///< kg m, that it took
 };
 
+/// Weights with which likely contacts between bodies push a vertex: see begin_touches().
+struct PushLists {
+  struct Range {
+    Index first = kInvalidIndex;  ///< not looked up yet
+    Index count = 0;
+  };
+  std::vector<float> weights;   ///< those of a vertex together
+  std::vector<Range> of_holds;  ///< [hold] by the first of a vertex
+};
+
 /// How a vertex with holds gives way.
 struct HeldGive {
   VertexGive<float> give{};
@@ -102,10 +112,11 @@ struct PBDSURG_API StepScratch {
   ForAllConstraints<MultiplierStore> multipliers;
 
   // of the vertex-block method
-  std::vector<Particle> flights;              ///< [place] see VertexState
-  std::vector<FixedPoint> fixed_points;       ///< [place] where displacements take vertices
-  std::vector<Index> first_holds;             ///< [place] or kInvalidIndex
-  std::vector<VertexHold> holds;              ///< of the current substep
+  std::vector<Particle> flights;         ///< [place] see VertexState
+  std::vector<FixedPoint> fixed_points;  ///< [place] where displacements take vertices
+  std::vector<Index> first_holds;        ///< [place] or kInvalidIndex
+  std::vector<VertexHold> holds;         ///< of the current substep
+  PushLists likely_pushes;
   std::vector<HeldGive> gives;                ///< [hold] by the first of a vertex, see yield_of()
   std::vector<LaneBits> held;                 ///< [block] lanes of vertices with holds
   std::vector<ContactEntry> contact_entries;  // likewise
