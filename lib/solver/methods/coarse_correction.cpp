@@ -217,16 +217,21 @@ void find_hold_rows(const StepContext& step, const CoarseRows& holds) {
   const CoarseSpace& space = step.data.coarse_space;
   const Index rows = holds.rows();
   const auto modes = static_cast<Index>(scratch.amplitudes.size());
+  std::array<float, kMostModes> sums;  // of a row: one after another in memory
   for (Index row = 0; row < 3 * holds.count; ++row) {
+    sums.fill(0);
     for (Index node = 0; node < space.node_count(); ++node) {
       const float(&sum)[4] = hold_sum(step, row / 3, node).of;
       for (int k = 0; k < 4 && sum[0] > 0; ++k) {
         const std::span<const float> moves = space.numbers(number_of(node, k, row % 3));
         const float share = sum[k] / holds.sums[row / 3];
         for (Index m = 0; m < modes; ++m) {
-          scratch.hold_modes[m * rows + row] += share * moves[m];
+          sums[m] += share * moves[m];
         }
       }
+    }
+    for (Index m = 0; m < modes; ++m) {
+      scratch.hold_modes[m * rows + row] = sums[m];
     }
   }
 }
@@ -264,6 +269,37 @@ void find_wide_row(const StepContext& step, CoarseRows& holds, Index wide) {
   holds.wide_compliances[wide] = scratch.wide.compliance(wide);
 }
 
+using EntrySums = std::array<double, HoldSystem::entries(kHoldRows)>;
+
+// HoldSystem::sum_of_modes() of all entries, in its order of modes and of parts: side by side, for
+// the sum of one alone has to wait for each mode.
+EntrySums sum_entries(const CoarseScratch& scratch, Index rows) {
+  EntrySums sums, part;
+  std::array<double, kHoldRows> moves;
+  const Index entries = HoldSystem::entries(rows);
+  std::fill_n(sums.begin(), entries, 0);
+  const auto modes = static_cast<Index>(scratch.amplitudes.size());
+  for (Index first = 0; first < modes; first += kModesOfPart) {
+    std::fill_n(part.begin(), entries, 0);
+    for (Index m = first; m < std::min(first + kModesOfPart, modes); ++m) {
+      std::copy_n(scratch.hold_modes.begin() + m * rows, rows, moves.begin());
+      const double give{scratch.gives[m]}, amplitude{scratch.amplitudes[m]};
+      for (Index row = 0; row < rows; ++row) {
+        double* const entry = part.data() + row * (rows + 1);
+        const double given = give * moves[row];
+        for (Index other = 0; other <= row; ++other) {
+          entry[other] += given * moves[other];
+        }
+        entry[rows] += moves[row] * amplitude;
+      }
+    }
+    for (Index entry = 0; entry < entries; ++entry) {
+      sums[entry] += part[entry];
+    }
+  }
+  return sums;
+}
+
 // Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
 // pieces as they are at rest.
 void oppose_holds(const StepContext& step) {
@@ -279,16 +315,9 @@ void oppose_holds(const StepContext& step) {
   }
   const Index rows = holds.rows();
   const auto modes = static_cast<Index>(scratch.amplitudes.size());
+  const EntrySums sums = sum_entries(scratch, rows);
   HoldSystem system;
-  system.solve(OneWorker{}, holds, [&](Index entry) {
-    double sum = 0;
-    for (Index first = 0; first < modes; first += kModesOfPart) {
-      sum += HoldSystem::sum_of_modes(
-          entry, rows, std::min(kModesOfPart, modes - first), scratch.amplitudes.data() + first,
-          scratch.gives.data() + first, scratch.hold_modes.data() + first * rows);
-    }
-    return sum;
-  });
+  system.solve(OneWorker{}, holds, [&](Index entry) { return sums[entry]; });
   for (Index m = 0; m < modes; ++m) {
     scratch.amplitudes[m] -=
         system.taken(rows, scratch.gives[m], scratch.hold_modes.data() + m * rows);
