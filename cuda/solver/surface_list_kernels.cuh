@@ -289,7 +289,7 @@ __device__ inline void hand_over(const SurfaceArrays& surfaces, const Meeters& m
     const Meeters::Range range = meeters.range(m);
     for (Index c = surfaces.ends[m] + thread; c < surfaces.ends[m + 1]; c += kListThreads) {
       SurfaceContact& contact = surfaces.contacts[c].contact;
-      for (Index r = range.first; contact.is_new && r < end_of(range); ++r) {
+      for (Index r = range.first; contact.takes_over && r < end_of(range); ++r) {
         const HandedForce handed = surfaces.handed[r];
         if (handed.taker == c) {
           contact.multiplier += handed.share * meeters.remembered[r].force / inverse_dt_squared;

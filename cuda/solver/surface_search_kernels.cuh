@@ -7,6 +7,7 @@
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "lib/solver/methods/feature_meeting.h"
+#include "lib/solver/methods/handed_force.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
@@ -267,7 +268,9 @@ __device__ inline bool find_contact(const DeviceState& state, const SurfaceArray
   found.contact = contact_of(
       candidate.corners, met, [&](Index place) { return base_of(state, place); },
       [&](Index place) { return own_start(state, place); });
-  found.contact.is_new = known == nullptr;
+  found.contact.takes_over =
+      met.capsule != kInvalidIndex &&
+      may_take_over(known != nullptr, meeters.swept[meeter.first_capsule + met.capsule].now);
   if (remembers && known != nullptr) {
     recall(*known, inverse_dt_squared, found.contact);
   }

@@ -6,7 +6,7 @@ run_table(contact 0 --quick --executor serial)
 
 string(JSON count LENGTH "${json}" contact)
 expect("rows" "${count}" 58)
-foreach(row RANGE 45)
+foreach(row RANGE 57)
   string(JSON within GET "${json}" contact ${row} is_within)
   if(NOT within STREQUAL "yes")
     string(JSON case GET "${json}" contact ${row} case)

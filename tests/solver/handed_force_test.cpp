@@ -14,7 +14,7 @@ SurfaceContact make_new(const ContactFeature& feature, const Vec3<float>& normal
   SurfaceContact contact;
   contact.feature = feature;
   contact.normal = normal;
-  contact.is_new = true;
+  contact.takes_over = true;
   return contact;
 }
 
@@ -26,7 +26,7 @@ TEST_CASE("handed force: the new contact beside it takes over", "[unit]") {
   const RememberedContact gone{{{3, 7, kInvalidIndex}}, {0, 0, 1}, 1, {}};
   const SurfaceContact beside = make_new({{3, 7, 9}}, {0, 0.6F, 0.8F});
   SurfaceContact known = make_new({{3, 8, 9}}, {0, 0, 1});
-  known.is_new = false;
+  known.takes_over = false;
   const std::array contacts{
       make_new({{1, 2, kInvalidIndex}}, {0, 0, 1}),              // shares no corner
       known,                                                     // has its own
@@ -42,6 +42,15 @@ TEST_CASE("handed force: the new contact beside it takes over", "[unit]") {
   }
   CHECK(handed.taker == 4);
   CHECK(handed.share == Approx(0.8F));
+}
+
+// Would catch plates, under which contacts come and go without end.
+TEST_CASE("handed force: rods' new contacts take over", "[unit]") {
+  const PlacedCapsule rod{{0, 0, 0}, 1e-3F, {1e-2F, 0, 0}};
+  const PlacedCapsule plate{{0, 0, 0}, 1e-3F, {1e-2F, 0, 0}, {0, 1e-2F, 0}};
+  CHECK(may_take_over(false, rod));
+  CHECK_FALSE(may_take_over(true, rod));
+  CHECK_FALSE(may_take_over(false, plate));
 }
 
 TEST_CASE("handed force: places behind a feature's corners are none", "[unit]") {

@@ -10,6 +10,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
+#include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/state/surface_contact.h"
 
 namespace pbdsurg {
@@ -25,15 +26,22 @@ PBDSURG_HOST_DEVICE inline bool share_corner(const ContactFeature& a, const Cont
   return false;
 }
 
-/// The contact that takes over the force of one that is gone: of those that are new and have a
-/// corner in common with it, the first whose normal is nearest to its own, within 60 degrees.
+/// Whether a contact may take over a force: its feature was not met in the substep before, and
+/// meets a capsule. Under the flat of a plate contacts come and go without end, and would hand over
+/// what makes them do so.
+PBDSURG_HOST_DEVICE inline bool may_take_over(bool was_met, const PlacedCapsule& capsule) {
+  return !was_met && !capsule.is_plate();
+}
+
+/// The contact that takes over the force of one that is gone: of those that may and have a corner
+/// in common with it, the first whose normal is nearest to its own, within 60 degrees.
 struct HandedForce {
   Index taker = kInvalidIndex;
   float share = 0.5F;  ///< of the force, along the taker's normal
 
   PBDSURG_HOST_DEVICE void consider(const RememberedContact& gone, const SurfaceContact& contact,
                                     Index index) {
-    if (!contact.is_new || !share_corner(gone.feature, contact.feature)) {
+    if (!contact.takes_over || !share_corner(gone.feature, contact.feature)) {
       return;
     }
     const float along = dot(gone.normal, contact.normal);

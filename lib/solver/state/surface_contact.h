@@ -56,7 +56,7 @@ struct SurfaceContact {
   float multiplier = 0;         ///< kg m
   Vec3<float> friction;         ///< kg m, multipliers along the tool's surface
   float stiffness = 0;          ///< N/m, with which vertex blocks meet it
-  bool is_new = false;          ///< as its feature was not met in the substep before
+  bool takes_over = false;      ///< the force of one that is gone: see HandedForce
   bool is_left_inside = false;  ///< of the tool, by all that moved its corners
   bool is_eased = false;        ///< with the piece that it touches: see ease_pieces()
   float relief = 0;             ///< 1/s^2, then: see relief_of()
