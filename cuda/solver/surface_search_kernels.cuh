@@ -270,7 +270,7 @@ __device__ inline bool find_contact(const DeviceState& state, const SurfaceArray
       [&](Index place) { return own_start(state, place); });
   found.contact.takes_over =
       met.capsule != kInvalidIndex &&
-      may_take_over(known != nullptr, meeters.swept[meeter.first_capsule + met.capsule].now);
+      may_take_over(known != nullptr, meeters.swept[meeter.first_capsule + met.capsule]);
   if (remembers && known != nullptr) {
     recall(*known, inverse_dt_squared, found.contact);
   }

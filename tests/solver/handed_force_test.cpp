@@ -44,13 +44,17 @@ TEST_CASE("handed force: the new contact beside it takes over", "[unit]") {
   CHECK(handed.share == Approx(0.8F));
 }
 
-// Would catch plates, under which contacts come and go without end.
-TEST_CASE("handed force: rods' new contacts take over", "[unit]") {
+// Would catch plates at rest, under which contacts come and go without end.
+TEST_CASE("handed force: new contacts of rods take over, of plates those that move", "[unit]") {
   const PlacedCapsule rod{{0, 0, 0}, 1e-3F, {1e-2F, 0, 0}};
   const PlacedCapsule plate{{0, 0, 0}, 1e-3F, {1e-2F, 0, 0}, {0, 1e-2F, 0}};
-  CHECK(may_take_over(false, rod));
-  CHECK_FALSE(may_take_over(true, rod));
-  CHECK_FALSE(may_take_over(false, plate));
+  const auto moved = [](const PlacedCapsule& capsule, float way) {
+    return SweptCapsule{capsule, capsule.moved({0, 0, way})};
+  };
+  CHECK(may_take_over(false, moved(rod, 0)));
+  CHECK_FALSE(may_take_over(true, moved(rod, 0)));
+  CHECK_FALSE(may_take_over(false, moved(plate, 0)));
+  CHECK(may_take_over(false, moved(plate, 1e-4F)));
 }
 
 TEST_CASE("handed force: places behind a feature's corners are none", "[unit]") {

@@ -126,9 +126,9 @@ class FeatureSearch {
     SurfaceContact contact = contact_of(
         corners, met, [&](Index place) { return vertices_.base(place); },
         [&](Index place) { return own_start(step_, vertices_, place); });
-    contact.takes_over =
-        met.capsule != kInvalidIndex &&
-        may_take_over(known != nullptr, placed(tool_.placed_capsules[met.capsule]));
+    contact.takes_over = met.capsule != kInvalidIndex &&
+                         may_take_over(known != nullptr,
+                                       swept_capsule(tool_, static_cast<std::size_t>(met.capsule)));
     if (known != nullptr && goes_on_) {
       recall(*known, inverse_dt_squared_, contact);
     }

@@ -10,7 +10,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
-#include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/feature_meeting.h"
 #include "lib/solver/state/surface_contact.h"
 
 namespace pbdsurg {
@@ -27,10 +27,11 @@ PBDSURG_HOST_DEVICE inline bool share_corner(const ContactFeature& a, const Cont
 }
 
 /// Whether a contact may take over a force: its feature was not met in the substep before, and
-/// meets a capsule. Under the flat of a plate contacts come and go without end, and would hand over
-/// what makes them do so.
-PBDSURG_HOST_DEVICE inline bool may_take_over(bool was_met, const PlacedCapsule& capsule) {
-  return !was_met && !capsule.is_plate();
+/// meets a rod, or a plate that moves. Under one at rest contacts come and go without end, and
+/// would hand over what makes them do so.
+PBDSURG_HOST_DEVICE inline bool may_take_over(bool was_met, const SweptCapsule& capsule) {
+  constexpr float kAtRest = 0.01F;  // radii in the substep
+  return !was_met && (!capsule.now.is_plate() || capsule.relative_way() > kAtRest);
 }
 
 /// The contact that takes over the force of one that is gone: of those that may and have a corner
