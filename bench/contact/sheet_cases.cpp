@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -73,18 +74,12 @@ constexpr double kTubeWidth = 10e-3, kTubeLength = 60e-3;  // m
 // Calls visit(place) after each step, with where the rod is to be.
 template <class Visit>
 void thrust(Solver& solver, ToolId rod, int shot, float step, const Visit& visit) {
-  const auto random = [&](int k) { return static_cast<float>(random_unit(11, shot, k)); };
-  const float angle = 2 * std::numbers::pi_v<float> * random(0), speed = 0.1F + 0.9F * random(1);
-  const Eigen::Vector3f way(std::cos(angle), std::sin(angle), 0);
-  float gone = 0;
-  for (const float end : {20e-3F, -20e-3F, 0.0F}) {
-    while (gone != end) {
-      gone += std::clamp(end - gone, -speed * step, speed * step);
-      solver.move_tool(rod, at(gone * way));
-      solver.step(step);
-      visit(Eigen::Vector3f(gone * way));
-    }
-  }
+  testing::for_each_thrust(11, static_cast<std::uint64_t>(shot), step,
+                           [&](const Eigen::Vector3f& place) {
+                             solver.move_tool(rod, at(place));
+                             solver.step(step);
+                             visit(place);
+                           });
 }
 
 Scene make_tube(bool stands_fast) {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "pbdsurg/base/error.h"
-#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -192,23 +191,16 @@ TEST_CASE("coupled tool: none is thrust out of a channel that stands fast", "[va
   const Capsule rod{{0, 0, -20e-3F}, {0, 0, 20e-3F}, 0.5e-3F};
   for (std::uint64_t shot = 0; shot < 20; ++shot) {
     CAPTURE(shot);
-    const auto random = [&](int k) { return static_cast<float>(random_unit(3, shot, k)); };
     Solver solver(scene, quick_options(method, {}, executor::serial()));
     const ToolId tool = solver.add_tool({&rod, 1}, at(Vector3f::Zero()), kAll);
     solver.couple_tool(tool, {500});
-    const float angle = 6.283F * random(0), speed = 0.1F + 0.9F * random(1);
-    const Vector3f way(std::cos(angle), std::sin(angle), 0);
-    float gone = 0;
-    for (const float end : {20e-3F, -20e-3F, 0.0F}) {
-      while (gone != end) {
-        gone += std::clamp(end - gone, -speed * step, speed * step);
-        solver.move_tool(tool, at(gone * way));
-        solver.step(step);
-        const Vector3f place = solver.tool_pose(tool).translation();
-        CHECK(place.head<2>().cwiseAbs().maxCoeff() < 5e-3F);
-        CHECK(solver.tool_force(tool).norm() < 1.01F * 500 * 20e-3F);
-      }
-    }
+    testing::for_each_thrust(3, shot, step, [&](const Vector3f& place) {
+      solver.move_tool(tool, at(place));
+      solver.step(step);
+      const Vector3f kept = solver.tool_pose(tool).translation();
+      CHECK(kept.head<2>().cwiseAbs().maxCoeff() < 5e-3F);
+      CHECK(solver.tool_force(tool).norm() < 1.01F * 500 * 20e-3F);
+    });
     CHECK((solver.tool_pose(tool).translation()).norm() < 1e-4F);
   }
 }

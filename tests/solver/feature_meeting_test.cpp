@@ -73,6 +73,25 @@ TEST_CASE("feature meeting: what was before a tip goes back there", "[unit]") {
   CHECK(met.normal.z == Approx(-1));
 }
 
+// Would catch a plane along the edge that it is of: a rod goes aslant through an edge, and ends on
+// it, beside where it was near first.
+TEST_CASE("feature meeting: an edge that a rod has come through keeps its side", "[unit]") {
+  FeatureCorners edge;
+  edge.count = 2;
+  const FloatVector ends[2] = {{1.3e-3F, -5e-3F, 0}, {1.3e-3F, 5e-3F, 0}};
+  for (int k = 0; k < 2; ++k) {
+    edge.places[k] = k;
+    edge.start[k] = edge.end[k] = ends[k];
+  }
+  SweptCapsule rod = make_rod({0, 0, -1}, {0, 0, 1});
+  rod.now = rod.before.moved({1.298e-3F, -0.8e-3F, 0});  // short of it by a rounding
+  MetFeature met;
+  meet_capsule(
+      edge, rod, 0, nullptr, [&](float) { return Outward(feature_of(edge)); }, met);
+  CHECK(met.normal.x == Approx(1).epsilon(1e-3));
+  CHECK(met.gap == Approx(-kRodRadius).epsilon(1e-2));
+}
+
 // Would catch a threshold that lets thin tools through: the tip of a rod just above a triangle.
 TEST_CASE("feature meeting: a tip above a triangle pushes it down", "[unit]") {
   const float height = GENERATE(0.02F, 0.5F, 1.2F);  // of the radius

@@ -56,11 +56,7 @@ constexpr std::array kNone{false, false, false}, kEvery{true, true, true};
 class Tube {
  public:
   Tube(const SolverOptions& options, std::uint64_t shot)
-      : scene_(make_scene()), solver_(scene_, options) {
-    const auto random = [&](int k) { return static_cast<float>(random_unit(11, shot, k)); };
-    const float angle = 2 * std::numbers::pi_v<float> * random(0);
-    way_ = {std::cos(angle), std::sin(angle), 0};
-    speed_ = 0.1F + 0.9F * random(1);
+      : scene_(make_scene()), solver_(scene_, options), shot_(shot) {
     const Capsule rod{{0, 0, -1}, {0, 0, 1}, kRadius};
     tool_ = solver_.add_tool({&rod, 1}, at(Eigen::Vector3f::Zero()), kAll);
   }
@@ -68,19 +64,15 @@ class Tube {
   // Calls visit() after each step.
   template <class Visit>
   void thrust(float step, const Visit& visit) {
-    for (const float end : {20e-3F, -20e-3F, 0.0F}) {
-      while (gone_ != end) {
-        gone_ += std::clamp(end - gone_, -speed_ * step, speed_ * step);
-        solver_.move_tool(tool_, at(gone_ * way_));
-        solver_.step(step);
-        visit();
-      }
-    }
+    testing::for_each_thrust(11, shot_, step, [&](const Eigen::Vector3f& place) {
+      place_ = place;
+      solver_.move_tool(tool_, at(place));
+      solver_.step(step);
+      visit();
+    });
   }
 
-  [[nodiscard]] bool holds_rod() const {
-    return testing::is_around(solver_.positions(), gone_ * way_);
-  }
+  [[nodiscard]] bool holds_rod() const { return testing::is_around(solver_.positions(), place_); }
   [[nodiscard]] const Solver& solver() const { return solver_; }
   [[nodiscard]] ToolId tool() const { return tool_; }
   [[nodiscard]] std::span<const double> masses() const { return scene_.masses(); }
@@ -96,9 +88,8 @@ class Tube {
 
   Scene scene_;
   Solver solver_;
-  Eigen::Vector3f way_;
-  float speed_;
-  float gone_ = 0;
+  std::uint64_t shot_;
+  Eigen::Vector3f place_ = Eigen::Vector3f::Zero();
   ToolId tool_{};
 };
 

@@ -5,8 +5,10 @@
 /// Meshes of sheets for tests and benchmarks.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <vector>
 
@@ -169,6 +171,27 @@ inline bool is_around(const std::vector<Eigen::Vector3f>& corners, const Eigen::
     }
   }
   return true;
+}
+
+/// Where a rod along z is, step by step, that is thrust from the axis of such a tube through one of
+/// its walls, the wall across and back, in a direction and at 0.1 to 1 m/s by chance.
+/// @param step   s
+/// @param visit  (place) m
+template <class Visit>
+void for_each_thrust(std::uint64_t seed, std::uint64_t shot, float step, const Visit& visit) {
+  constexpr float kReach = 20e-3F;  // m
+  const auto random = [&](std::uint64_t k) {
+    return static_cast<float>(random_unit(seed, shot, k));
+  };
+  const float angle = 2 * std::numbers::pi_v<float> * random(0), speed = 0.1F + 0.9F * random(1);
+  const Eigen::Vector3f way(std::cos(angle), std::sin(angle), 0);
+  float gone = 0;
+  for (const float end : {kReach, -kReach, 0.0F}) {
+    while (gone != end) {
+      gone += std::clamp(end - gone, -speed * step, speed * step);
+      visit(Eigen::Vector3f(gone * way));
+    }
+  }
 }
 
 }  // namespace pbdsurg::testing

@@ -419,7 +419,7 @@ class ThreadedBackend final : public Backend {
         keep_momentum(turn);
         break;
       case StepOperation::stop_passing:
-        if (meets_surfaces(step)) {
+        if (may_stop(step)) {
           meet(turn);
           if (thread == 0) {
             stop_passing(step);

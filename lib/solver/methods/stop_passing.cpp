@@ -21,17 +21,17 @@ namespace {
 
 using Vector = Vec3<float>;
 
-// m, the longest of a vertex of sheets and threads; less than nothing if there are none.
+// m, the longest of a vertex of sheets and threads.
 float farthest_way(const StepContext& step) {
   const MovingVertices vertices = moving_vertices(step);
-  float square = -1;
+  float square = 0;
   step.data.surface.for_each_thin([&](const TissueSurface::PlaceTriangle& triangle) {
     for (const Index place : triangle) {
       const Vector way = vertices.position(place) - start_of(step, vertices, place);
       square = std::max(square, dot(way, way));
     }
   });
-  return square < 0 ? square : std::sqrt(square);
+  return std::sqrt(square);
 }
 
 // What one tool takes along.
@@ -175,12 +175,16 @@ class ToolPassing {
 
 }  // namespace
 
+bool may_stop(const StepContext& step) noexcept {
+  return meets_surfaces(step) && step.data.surface.has_thin();
+}
+
 void stop_passing(const StepContext& step) {
-  if (!meets_surfaces(step)) {
+  if (!may_stop(step)) {
     return;
   }
   const float farthest = farthest_way(step);
-  for (Index tool = 0; farthest >= 0 && tool < static_cast<Index>(step.copy.tools.size()); ++tool) {
+  for (Index tool = 0; tool < static_cast<Index>(step.copy.tools.size()); ++tool) {
     if (step.copy.tools[tool].meets_triangles() && step.copy.pushes(tool)) {
       ToolPassing(step, tool, farthest).stop();
     }

@@ -8,6 +8,9 @@
 
 namespace pbdsurg {
 
+/// Whether stop_passing() has anything to look at.
+[[nodiscard]] bool may_stop(const StepContext& step) noexcept;
+
 /// Takes along what has come through tools, once all else has moved vertices, and notes what that
 /// pushed for collect_tool_forces(). What is fixed stays; a triangle or an edge with a fixed corner
 /// may pass in the end, as the others alone do not keep it.

@@ -60,11 +60,7 @@ class TissueSurface final : public Follower {
   template <class Visit>
   void for_each_triangle(const Visit& visit) const {
     for (const std::unique_ptr<Surface>& surface : surfaces_) {
-      for (const PlaceTriangle& triangle : surface->triangles) {
-        if (triangle[0] != kInvalidIndex) {
-          visit(triangle);
-        }
-      }
+      visit_triangles(*surface, visit);
     }
     std::ranges::for_each(links_, visit);
   }
@@ -73,13 +69,16 @@ class TissueSurface final : public Follower {
   template <class Visit>
   void for_each_thin(const Visit& visit) const {
     for (const std::unique_ptr<Surface>& surface : surfaces_) {
-      for (const PlaceTriangle& triangle : surface->triangles) {
-        if (surface->live.is_two_sided() && triangle[0] != kInvalidIndex) {
-          visit(triangle);
-        }
+      if (surface->live.is_two_sided()) {
+        visit_triangles(*surface, visit);
       }
     }
     std::ranges::for_each(links_, visit);
+  }
+  [[nodiscard]] bool has_thin() const noexcept {
+    return !links_.empty() || std::ranges::any_of(surfaces_, [](const auto& surface) {
+      return surface->live.is_two_sided();
+    });
   }
 
   /// The links within a body of particles, each pair of ends once, ascending.
@@ -110,6 +109,15 @@ class TissueSurface final : public Follower {
     std::uint64_t seen_version = 0;
     std::vector<PlaceTriangle> triangles{};  // [slot]
   };
+
+  template <class Visit>
+  static void visit_triangles(const Surface& surface, const Visit& visit) {
+    for (const PlaceTriangle& triangle : surface.triangles) {
+      if (triangle[0] != kInvalidIndex) {
+        visit(triangle);
+      }
+    }
+  }
 
   void refresh_links(const Tissue& tissue);
 
