@@ -17,23 +17,24 @@ struct MovingContact {
   DeviceContact stored;
   Index level;
   Index roots[3];
-  ToolSpring* spring;  ///< null if its tool has none
-  float stiffness;     ///< kg, see project_contact()
-  float gap;           ///< m, when it last looked
+  /// Of all tools. No pointer to its own, or null: from such a choice ptxas 13.0 makes code that
+  /// reads the pointer a cycle too early, see cuda/README.md.
+  ToolSpring* springs;
+  float stiffness;  ///< kg, see project_contact()
+  float gap;        ///< m, when it last looked
 
   __device__ MovingContact(const SurfaceArrays& surfaces, Index c)
-      : stored(surfaces.contacts[c]), level(surfaces.levels[c]) {
+      : stored(surfaces.contacts[c]), level(surfaces.levels[c]), springs(surfaces.springs) {
     for (int k = 0; k < 3; ++k) {
       roots[k] = surfaces.roots[3 * c + (has_corner(k) ? k : 0)];
     }
-    spring = spring_of(surfaces, stored);
   }
 
   /// Once corners are known.
   template <class Corners>
   __device__ void begin(const Corners& corners) {
     const At at(*this, corners);
-    float yield = spring == nullptr ? 0 : spring->yield;
+    float yield = has_spring() ? spring().yield : 0;
     for_each_corner([&](int k) {
       yield += stored.contact.weights[k] * stored.contact.weights[k] * at.corners[k].w;
     });
@@ -90,6 +91,12 @@ struct MovingContact {
     }
   };
 
+  [[nodiscard]] __device__ bool has_spring() const {
+    return stored.spring != kInvalidIndex;
+  }
+  [[nodiscard]] __device__ ToolSpring& spring() const {
+    return springs[stored.spring];
+  }
   [[nodiscard]] __device__ bool has_corner(int k) const {
     return stored.contact.feature.places[k] != kInvalidIndex;
   }
@@ -106,11 +113,11 @@ struct MovingContact {
     Vec3<float> sum;
     for_each_corner(
         [&](int k) { sum = sum + stored.contact.weights[k] * position_of(at.corners[k]); });
-    return read_plane(stored.contact, sum - (spring == nullptr ? Vec3<float>{} : spring->shift));
+    return read_plane(stored.contact, sum - (has_spring() ? spring().shift : Vec3<float>{}));
   }
   __device__ void move(At& at, const Vec3<float>& push) const {
-    if (spring != nullptr) {
-      spring->shift = spring->shift - spring->yield * push;
+    if (has_spring()) {
+      spring().shift = spring().shift - spring().yield * push;
     }
     for_each_corner([&](int k) {
       const Particle& p = at.corners[k];
