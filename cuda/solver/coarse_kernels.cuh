@@ -6,10 +6,14 @@
 /// solve_coarse(). Sums have the order that they have on a host.
 
 #include <cstddef>
+#include <cstdint>
+
+#include <cub/block/block_scan.cuh>
 
 #include "cuda/solver/counted_points.cuh"
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/residual_kernels.cuh"
+#include "cuda/solver/side_stream.h"
 #include "lib/solver/methods/coarse_kernel.h"
 #include "lib/solver/methods/fixed_point.h"
 
@@ -42,6 +46,10 @@ __device__ inline AffineNumbers load_numbers(const AffineNumbers& from) {
 
 struct BlockOfWorkers {
   Index first, stride;
+  [[nodiscard]] __device__ Index row() const { return first / kWarp; }
+  [[nodiscard]] __device__ Index rows() const { return stride / kWarp; }
+  [[nodiscard]] __device__ Index column() const { return first % kWarp; }
+  [[nodiscard]] __device__ Index columns() const { return kWarp; }
   __device__ void meet() const { __syncthreads(); }
 };
 
@@ -225,14 +233,15 @@ __global__ void __launch_bounds__(kNodeSums) weigh_nodes(CoarseArrays coarse) {
 
 /// What tools hold of what a node moves, a block each: for each node that it is near to.
 __global__ void __launch_bounds__(kHoldThreads) sum_holds(CoarseArrays coarse) {
-  struct Held {
-    Index node;
-    float weight;
-    float place[3];
-  };
-  __shared__ Held held[kHoldThreads];
-  __shared__ Index ends[kHoldThreads / kWarp];
-  __shared__ unsigned long long rounds;
+  constexpr Index kWarps = kHoldThreads / kWarp;
+  static_assert(kWarps <= kWarp);
+  using Scan = cub::BlockScan<Index, kHoldThreads>;
+  __shared__ typename Scan::TempStorage storage;
+  __shared__ Index members[kHoldThreads];  // those that are held, one after another
+  __shared__ float4 held[kHoldThreads];    // 1, X, Y and Z times a share of their stiffness
+  // of what is held near a node: warps that have some, and their threads
+  __shared__ unsigned warps_near[kMostNodes];
+  __shared__ unsigned threads_near[kMostNodes][kWarps];
   wait_for_previous();
   coarse = of_copy(coarse);
   const auto node = static_cast<Index>(blockIdx.x);
@@ -242,61 +251,80 @@ __global__ void __launch_bounds__(kHoldThreads) sum_holds(CoarseArrays coarse) {
   const Index count = coarse.member_counts[node];
   float sum = 0;
   Index held_near = 0;
-  // which rounds of threads find anything held
-  if (thread == 0) {
-    rounds = 0;
-  }
-  __syncthreads();
-  std::uint64_t own_rounds = 0;
-  constexpr Index kRounds = 64;
+
+  const auto take = [&](Index member) {
+    const CoarseVertex vertex =
+        load_constant(coarse.vertices + coarse.member_places[first + member]);
+    const float weight = vertex.stiffness * coarse.member_shares[first + member].of[0];
+    held[thread] = {weight, weight * vertex.place[0], weight * vertex.place[1],
+                    weight * vertex.place[2]};
+    if (vertex.takes_part() && vertex.stiffness > 0) {
+      atomicOr(&warps_near[vertex.nodes[0]], 1U << thread / kWarp);
+      atomicOr(&threads_near[vertex.nodes[0]][thread / kWarp], 1U << thread % kWarp);
+    }
+  };
+  const auto add_near = [&] {
+    for (unsigned warps = warps_near[near]; warps != 0; warps &= warps - 1) {
+      const Index warp = __ffs(static_cast<int>(warps)) - 1;
+      unsigned threads = threads_near[near][warp];
+      held_near += __popc(threads);
+      while (threads != 0) {
+        constexpr int kAtOnce = 4;
+        float more[kAtOnce];
+#pragma unroll
+        for (float& each : more) {
+          const Index other = warp * kWarp + __ffs(static_cast<int>(threads)) - 1;
+          each = threads != 0 ? reinterpret_cast<const float*>(held + other)[k] : 0.0F;
+          threads &= threads - 1;
+        }
+#pragma unroll
+        for (const float each : more) {
+          sum += each;
+        }
+      }
+    }
+  };
+
+  constexpr Index kMembersOfThread = 64;  // a bit each
+  for (Index span = 0; span < count; span += kMembersOfThread * kHoldThreads) {
+    const Index left = count - span;
+    const Index each = left < kMembersOfThread * kHoldThreads
+                           ? (left + kHoldThreads - 1) / kHoldThreads
+                           : kMembersOfThread;
+    const Index own = span + thread * each;
+    std::uint64_t are_held = 0;
 #pragma unroll 8
-  for (Index i = thread; i < count; i += kHoldThreads) {
-    const float w = __ldcg(&coarse.residuals[coarse.member_places[first + i]].w);
-    own_rounds |= std::uint64_t{w < 0} << (i / kHoldThreads % kRounds);
-  }
-  if (own_rounds != 0) {
-    atomicOr(&rounds, static_cast<unsigned long long>(own_rounds));
-  }
-  __syncthreads();
-  for (Index start = 0; start < count; start += kHoldThreads) {
-    if ((rounds >> (start / kHoldThreads % kRounds) & 1) == 0) {
-      continue;
+    for (Index i = 0; i < each; ++i) {
+      const Index place = coarse.member_places[first + (own + i < count ? own + i : 0)];
+      const bool is_held = own + i < count && __ldcg(&coarse.residuals[place].w) < 0;
+      are_held |= std::uint64_t{is_held} << i;
     }
-    Held own{};
-    bool is_held = false;
-    if (start + thread < count) {
-      const Index place = coarse.member_places[first + start + thread];
-      if (__ldcg(&coarse.residuals[place].w) < 0) {
-        const CoarseVertex vertex = load_constant(coarse.vertices + place);
-        is_held = vertex.takes_part() && vertex.stiffness > 0;
-        own = {vertex.nodes[0],
-               vertex.stiffness * coarse.member_shares[first + start + thread].of[0],
-               {vertex.place[0], vertex.place[1], vertex.place[2]}};
+    Index rank = 0, all = 0;
+    Scan(storage).ExclusiveSum(__popcll(are_held), rank, all);
+    __syncthreads();  // before the next one
+    for (Index start = 0; start < all; start += kHoldThreads) {
+      Index at = rank - start;
+      for (std::uint64_t bits = are_held; bits != 0; bits &= bits - 1, ++at) {
+        if (at >= 0 && at < kHoldThreads) {
+          members[at] = own + __ffsll(static_cast<long long>(bits)) - 1;
+        }
       }
-    }
-    // those that are held, one after another
-    const unsigned before = __ballot_sync(~0U, is_held);
-    if (thread % kWarp == 0) {
-      ends[thread / kWarp] = __popc(before);
-    }
-    __syncthreads();
-    Index at = __popc(before & ((1U << thread % kWarp) - 1)), end = 0;
-    for (Index warp = 0; warp < kHoldThreads / kWarp; ++warp) {
-      at += warp < thread / kWarp ? ends[warp] : 0;
-      end += ends[warp];
-    }
-    if (is_held) {
-      held[at] = own;
-    }
-    __syncthreads();
-    for (Index i = 0; i < end && near < coarse.node_count; ++i) {
-      const Held& each = held[i];
-      if (each.node == near) {
-        sum += k == 0 ? each.weight : each.weight * each.place[k - 1];
-        ++held_near;
+      for (Index i = thread; i < kMostNodes * kWarps; i += kHoldThreads) {
+        threads_near[i / kWarps][i % kWarps] = 0;
       }
+      if (thread < kMostNodes) {
+        warps_near[thread] = 0;
+      }
+      __syncthreads();
+      if (start + thread < all) {
+        take(members[thread]);
+      }
+      __syncthreads();
+      if (near < coarse.node_count) {
+        add_near();
+      }
+      __syncthreads();
     }
-    __syncthreads();  // the list, and the ends
   }
   if (near < coarse.node_count) {
     coarse.hold_sums[near * coarse.node_count + node].of[k] = sum;
@@ -312,6 +340,8 @@ struct ListedHolds {
   CoarseRows holds;
   Index nodes[kCoarseHolds];  // near which they are
   float4 sums[kCoarseHolds][kMostNodes];
+  Index movers[kCoarseHolds][kMostNodes];  // nodes that move a hold, ascending
+  Index mover_counts[kCoarseHolds];
 
   __device__ void find(const CoarseArrays& coarse) {
     const auto thread = static_cast<Index>(threadIdx.x);
@@ -345,12 +375,28 @@ struct ListedHolds {
       sums[hold][node] = load_quad(coarse.hold_sums + nodes[hold] * coarse.node_count + node);
     }
     __syncthreads();
-    if (thread < holds.count) {
-      float sum = 0;
-      for (Index node = 0; node < coarse.node_count; ++node) {
-        sum += sums[thread][node].x;
+    const Index lane = thread % kWarp;
+    for (Index hold = thread / kWarp; hold < holds.count;
+         hold += static_cast<Index>(blockDim.x) / kWarp) {
+      Index count = 0;
+      for (Index first = 0; first < coarse.node_count; first += kWarp) {
+        const Index node = first + lane;
+        const bool moves = node < coarse.node_count && sums[hold][node].x > 0;
+        const unsigned movers_here = __ballot_sync(~0U, moves);
+        if (moves) {
+          movers[hold][count + __popc(movers_here & ((1U << lane) - 1))] = node;
+        }
+        count += __popc(movers_here);
       }
-      holds.sums[thread] = sum;
+      __syncwarp();
+      if (lane == 0) {
+        float sum = 0;
+        for (Index i = 0; i < count; ++i) {
+          sum += sums[hold][movers[hold][i]].x;
+        }
+        mover_counts[hold] = count;
+        holds.sums[hold] = sum;
+      }
     }
     __syncthreads();
   }
@@ -495,11 +541,11 @@ __global__ void __launch_bounds__(kModeThreads)
   const Index mode = static_cast<Index>(blockIdx.x) * kModesOfBlock + thread % kModesOfBlock;
   const bool is_there = mode < coarse.mode_count;
   const float sum = answer_of_mode(loads, coarse, mode, partial);
-  __shared__ float gives[kModesOfBlock], amplitudes[kModesOfBlock];
-  if (is_there && thread < kModesOfBlock) {
-    gives[thread] = 1 / (input->substep.inverse_dt_squared + __ldg(coarse.stiffnesses + mode));
-    amplitudes[thread] = sum * gives[thread];
-    coarse.amplitudes[mode] = amplitudes[thread];
+  const bool is_first = is_there && thread < kModesOfBlock;  // of the threads of a mode
+  float give = 0;
+  if (is_first) {
+    give = 1 / (input->substep.inverse_dt_squared + __ldg(coarse.stiffnesses + mode));
+    coarse.amplitudes[mode] = sum * give;
   }
   if constexpr (kRows) {
     __shared__ SharedRoom<ListedHolds> room_of_listed;
@@ -508,24 +554,37 @@ __global__ void __launch_bounds__(kModeThreads)
     if (blockIdx.x == 0 && thread == 0) {
       *coarse.holds = listed.holds;
     }
-    const Index rows = listed.holds.rows(), hold_rows = 3 * listed.holds.count;
-    __shared__ float hold_modes[kModesOfBlock * kHoldRows];
-    float* const own_modes = hold_modes + thread % kModesOfBlock * rows;
-    for (Index row = thread / kModesOfBlock; is_there && row < hold_rows; row += kCoarseSums) {
-      float move = 0;
-      for (Index node = 0; node < coarse.node_count; ++node) {
-        const float4 hold = listed.sums[row / 3][node];
-        if (hold.x > 0) {
-          const float shares[4] = {hold.x, hold.y, hold.z, hold.w};
+    const Index rows = listed.holds.rows();
+    __shared__ double gives[kModesOfBlock];
+    __shared__ double hold_modes[kModesOfBlock * (kHoldRows + 1)];  // see sum_of_modes()
+    double* const own_modes = hold_modes + thread % kModesOfBlock * (rows + 1);
+    if (is_first) {
+      gives[thread] = double{give};
+      own_modes[rows] = double{sum * give};
+    }
+    for (Index hold = thread / kModesOfBlock; is_there && hold < listed.holds.count;
+         hold += kCoarseSums) {
+      float moves[3]{};
+#pragma unroll 4
+      for (Index i = 0; i < listed.mover_counts[hold]; ++i) {
+        const Index node = listed.movers[hold][i];
+        const float4 of_node = listed.sums[hold][node];
+        const float shares[4] = {of_node.x, of_node.y, of_node.z, of_node.w};
+        const float* const numbers =
+            coarse.numbers + kAffineNumbers * node * coarse.mode_count + mode;
 #pragma unroll
-          for (Index k = 0; k < 4; ++k) {
-            const Index number = kAffineNumbers * node + 3 * k + row % 3;
-            move += shares[k] / listed.holds.sums[row / 3] *
-                    __ldg(coarse.numbers + number * coarse.mode_count + mode);
+        for (Index k = 0; k < 4; ++k) {
+          const float share = shares[k] / listed.holds.sums[hold];
+#pragma unroll
+          for (Index axis = 0; axis < 3; ++axis) {
+            moves[axis] += share * __ldg(numbers + (3 * k + axis) * coarse.mode_count);
           }
         }
       }
-      own_modes[row] = move;
+#pragma unroll
+      for (Index axis = 0; axis < 3; ++axis) {
+        own_modes[3 * hold + axis] = double{moves[axis]};
+      }
     }
     for (Index wide = 0; wide < coarse.wide_count; ++wide) {
       const auto gradients = [&](Index i) {
@@ -537,8 +596,8 @@ __global__ void __launch_bounds__(kModeThreads)
       find_loads(turned, coarse, gradients, loads);
       __syncthreads();
       const float change = answer_of_mode(loads, coarse, mode, partial);
-      if (is_there && thread < kModesOfBlock) {
-        own_modes[listed.holds.row_of_wide(wide)] = change;
+      if (is_first) {
+        own_modes[listed.holds.row_of_wide(wide)] = double{change};
       }
     }
     __syncthreads();
@@ -548,11 +607,12 @@ __global__ void __launch_bounds__(kModeThreads)
     double* const part = coarse.hold_parts + blockIdx.x * HoldSystem::entries(kHoldRows);
     for (Index entry = thread; entry < HoldSystem::entries(rows); entry += kModeThreads) {
       if (HoldSystem::has(entry, rows)) {
-        part[entry] = HoldSystem::sum_of_modes(entry, rows, count, amplitudes, gives, hold_modes);
+        part[entry] = HoldSystem::sum_of_modes(entry, rows, count, gives, hold_modes);
       }
     }
     for (Index i = thread; i < count * rows; i += kModeThreads) {
-      coarse.hold_modes[first * rows + i] = hold_modes[i];
+      coarse.hold_modes[first * rows + i] =
+          static_cast<float>(hold_modes[i / rows * (rows + 1) + i % rows]);
     }
   }
 }
@@ -750,12 +810,19 @@ __global__ void __launch_bounds__(kVertexThreads)
 
 void move_by_modes(const DeviceState& state, const CoarseArrays& coarse, const StepInput* input,
                    bool has_tools, const Launch& how) {
-  launch(how, "launching sums of residuals", 2 * coarse.node_count * coarse.part_room, kSumThreads,
-         sum_nodes, state.particles, state.capacity, coarse);
   const bool has_rows = has_tools || coarse.wide_count > 0;
-  if (has_rows) {
-    launch(how, "launching sums of what is held", coarse.node_count, kHoldThreads, sum_holds,
+  const auto enqueue_sums = [&](const Launch& here) {
+    launch(here, "launching sums of residuals", 2 * coarse.node_count * coarse.part_room,
+           kSumThreads, sum_nodes, state.particles, state.capacity, coarse);
+  };
+  const auto enqueue_holds = [&](const Launch& here) {
+    launch(here, "launching sums of what is held", coarse.node_count, kHoldThreads, sum_holds,
            coarse);
+  };
+  if (has_rows) {
+    side_by_side(how, enqueue_sums, enqueue_holds);
+  } else {
+    enqueue_sums(how);
   }
   launch(how, "launching what finds amplitudes", blocks_for(coarse.mode_count, kModesOfBlock),
          kModeThreads, has_rows ? find_amplitudes<true> : find_amplitudes<false>, state.particles,

@@ -15,6 +15,7 @@
 #include "cuda/solver/constraint_buffers.h"
 #include "cuda/solver/device_step.h"
 #include "cuda/solver/filling_buffers.h"
+#include "cuda/solver/side_stream.h"
 #include "cuda/solver/state_buffers.h"
 #include "cuda/solver/step_graph.h"
 #include "cuda/solver/step_start.h"
@@ -469,7 +470,7 @@ class CudaBackend final : public Backend {
     if (!recorded.is_valid || !(step == recorded.step)) {
       recorded.is_valid = false;
       recorded.graph.record(stream_.get(), [&] {
-        enqueue_step(step, *sweeps_, {stream_.get(), overlaps_, data.copy_count()});
+        enqueue_step(step, *sweeps_, {stream_.get(), overlaps_, data.copy_count(), &side_});
       });
       recorded.step = step;
       recorded.is_valid = true;
@@ -504,6 +505,7 @@ class CudaBackend final : public Backend {
   bool takes_fillings_;
   std::string name_;
   Stream stream_;
+  SideStream side_;
   std::unique_ptr<Sweeps> sweeps_;
   StagePlan plan_;
   StateBuffers state_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/device_step.h"
 
+#include "cuda/solver/side_stream.h"
 #include "lib/solver/methods/surface_contacts.h"
 
 namespace pbdsurg::cuda {
@@ -64,15 +65,18 @@ class Enqueuer {
         if (has_pushers) {
           kernels.find_contacts(state, tools, input, substep, launch_);
         }
-        if (has_meeters) {
-          kernels.find_surface_contacts(state, tools, input, substep, has_pushers, launch_);
-        }
-        if (has_grips) {
-          kernels.begin_grips(state, input, substep, vertices.block_count > 0, launch_);
-        }
-        if (has_touches) {
-          kernels.find_touches(state, tools, input, substep, launch_);
-        }
+        beside_touches(
+            [&](const Launch& launch) {
+              if (has_meeters) {
+                kernels.find_surface_contacts(state, tools, input, substep, has_pushers, launch);
+              }
+              if (has_grips) {
+                kernels.begin_grips(state, input, substep, vertices.block_count > 0, launch);
+              }
+            },
+            [&](const Launch& launch) {
+              kernels.find_touches(state, tools, input, substep, launch);
+            });
         break;
       case StepOperation::gather_holds:
         break;  // see damp_rows and push
@@ -137,26 +141,33 @@ class Enqueuer {
         }
         break;
       case StepOperation::meet_surfaces:
-        if (has_meeters) {
-          kernels.begin_surface_contacts(state, vertices, tools, input, substep, launch_);
-        }
-        if (has_touches) {
-          kernels.begin_touches(state, vertices, tools, input, substep, launch_);
-        }
+        beside_touches(
+            [&](const Launch& launch) {
+              if (has_meeters) {
+                kernels.begin_surface_contacts(state, vertices, tools, input, substep, launch);
+              }
+            },
+            [&](const Launch& launch) {
+              kernels.begin_touches(state, vertices, tools, input, substep, launch);
+            });
         break;
       case StepOperation::collect_forces:
-        if (has_tools) {
-          kernels.collect_forces(state, tools, input, substep, launch_);
-        }
-        if (has_meeters) {
-          kernels.remember_surface_contacts(state, tools, input, substep, tells(substep), launch_);
-        }
-        if (has_grips) {
-          kernels.end_grips(state, tools, input, substep, tells(substep), launch_);
-        }
-        if (has_touches) {
-          kernels.remember_touches(state, tools, input, tells(substep), launch_);
-        }
+        beside_touches(
+            [&](const Launch& launch) {
+              if (has_tools) {
+                kernels.collect_forces(state, tools, input, substep, launch);
+              }
+              if (has_meeters) {
+                kernels.remember_surface_contacts(state, tools, input, substep, tells(substep),
+                                                  launch);
+              }
+              if (has_grips) {
+                kernels.end_grips(state, tools, input, substep, tells(substep), launch);
+              }
+            },
+            [&](const Launch& launch) {
+              kernels.remember_touches(state, tools, input, tells(substep), launch);
+            });
         break;
     }
   }
@@ -181,6 +192,19 @@ class Enqueuer {
  private:
   [[nodiscard]] bool tells(Index substep) const {
     return substep + 1 == step_.program.division.substeps;
+  }
+
+  // What tools do, and what bodies that meet do meanwhile.
+  template <class OfTools, class OfBodies>
+  void beside_touches(const OfTools& of_tools, const OfBodies& of_bodies) {
+    if (step_.arrays.has_touches && (step_.arrays.has_meeters || step_.arrays.has_grips)) {
+      side_by_side(launch_, of_tools, of_bodies);
+      return;
+    }
+    of_tools(launch_);
+    if (step_.arrays.has_touches) {
+      of_bodies(launch_);
+    }
   }
 
   void settle_holds(Index substep) {

@@ -17,6 +17,8 @@
 
 namespace pbdsurg::cuda {
 
+class SideStream;
+
 /// How to launch.
 struct Launch {
   cudaStream_t stream;
@@ -24,6 +26,7 @@ struct Launch {
   /// wait by themselves for what they need. What comes before must be a kernel, too.
   bool overlaps;
   Index copies = 1;  ///< of the scene, each with as many blocks: the second index of a block
+  const SideStream* side = nullptr;  ///< for side_by_side(); without, one follows the other
 };
 
 /// How a stage is projected.

@@ -61,7 +61,6 @@ void TouchBuffers::make_room(const SolverData& data, Index vertex_room, cudaStre
   arrays.boxes = boxes_.reserve(all(arrays.triangle_group_count + arrays.edge_group_count));
   arrays.searches = searches_.fill(copies, 0, stream);
   arrays.seen = seen_positions_.reserve(all(arrays.vertex_count));
-  arrays.known_at = known_at_.fill(all(arrays.vertex_count), 0, stream);
   arrays.near = near_.reserve(all(arrays.vertex_count + arrays.edge_count));
   arrays.is_met = is_met_.reserve(all(arrays.vertex_count));
   arrays.crossings = crossings_.reserve(all(arrays.crossing_room));
@@ -104,7 +103,7 @@ std::size_t TouchBuffers::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... buffers) { return (buffers.memory_bytes() + ...); };
   return bytes_of(vertices_, bodies_, pairs_, triangles_, edges_, edge_bodies_, edge_groups_,
                   joined_, rest_, first_neighbors_, neighbors_, boxes_, searches_, seen_positions_,
-                  is_met_, near_, known_at_, crossings_, found_, contacts_, last_holds_, order_,
+                  is_met_, near_, crossings_, found_, contacts_, last_holds_, order_,
                   counts_, level_counts_, holds_, roots_, befores_, levels_, remembered_counts_,
                   holds_at_, pushes_, remembered_);
 }

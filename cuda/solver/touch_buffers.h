@@ -51,7 +51,7 @@ class TouchBuffers {
   DeviceBuffer<std::uint8_t> is_met_;
   DeviceBuffer<std::uint64_t> crossings_;
   DeviceBuffer<TissueTouch> found_, contacts_;
-  DeviceBuffer<Index> near_, known_at_, last_holds_, order_, counts_, level_counts_, holds_, roots_,
+  DeviceBuffer<Index> near_, last_holds_, order_, counts_, level_counts_, holds_, roots_,
       befores_, levels_, remembered_counts_;
   DeviceBuffer<HoldRange> holds_at_;
   DeviceBuffer<float> pushes_;

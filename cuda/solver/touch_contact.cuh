@@ -17,7 +17,6 @@ __device__ inline TouchArrays of_copy(TouchArrays touches, Index place_room) {
   touches.boxes += of(touches.triangle_group_count + touches.edge_group_count);
   touches.searches += copy_index();
   touches.seen += of(touches.vertex_count);
-  touches.known_at += of(touches.vertex_count);
   touches.near += of(touches.vertex_count + touches.edge_count);
   touches.is_met += of(touches.vertex_count);
   touches.crossings += of(touches.crossing_room);

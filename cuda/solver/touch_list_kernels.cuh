@@ -130,9 +130,10 @@ __device__ inline void list_holds(const TouchArrays& touches, const TissueTouch&
     const Index first = first_not_before(stage.keys, key_of_hold(place, kInvalidIndex));
     // its own push, even if that is not likely; others in the order of their holds
     float pushes = weights[hold] > 0 ? 0.0F : -weights[hold];
-    Index end = first;
-    for (; end < TouchStage::kHolds && place_of(stage.keys[end]) == place; ++end) {
-      const float weight = stage.room.lists.sorted_weights[end];
+    const Index end = first_not_before(stage.keys, key_of_hold(place + 1, kInvalidIndex));
+#pragma unroll 8
+    for (Index other = first; other < end; ++other) {
+      const float weight = stage.room.lists.sorted_weights[other];
       pushes += weight > 0 ? weight : 0.0F;
     }
     if (i + 1 < end) {
@@ -151,7 +152,7 @@ __device__ inline void list_holds(const TouchArrays& touches, const TissueTouch&
 /// Lists the holds of each place, the last first, of any number of contacts. All threads of a block
 /// call it.
 /// @param contacts  how many
-__device__ inline void list_many_holds(const TouchArrays& touches, Index contacts, Index* befores) {
+__device__ inline void list_many_holds(const TouchArrays& touches, Index contacts) {
   const auto thread = static_cast<Index>(threadIdx.x);
   const Index holds = TissueTouch::kCorners * contacts;
   __shared__ Index listed;
@@ -161,7 +162,7 @@ __device__ inline void list_many_holds(const TouchArrays& touches, Index contact
   // chains in any order: what comes before a hold is in roots until these are known
   for (Index hold = thread; hold < holds; hold += kTouchListThreads) {
     const Index place = place_of_corner(touches, hold);
-    befores[hold] = kInvalidIndex;
+    touches.befores[hold] = kInvalidIndex;
     touches.roots[hold] =
         place == kInvalidIndex ? kInvalidIndex : atomicExch(touches.last_holds + place, hold);
   }
@@ -208,13 +209,55 @@ __device__ inline void list_many_holds(const TouchArrays& touches, Index contact
         pushes += weight_of(all[i]);
       }
       if (all[i] == hold && i + 1 < range.count) {
-        befores[hold] = all[i + 1] / TissueTouch::kCorners;
+        touches.befores[hold] = all[i + 1] / TissueTouch::kCorners;
       }
     }
     touches.pushes[hold] = pushes;
     touches.roots[hold] = all[range.count - 1];
   }
   __syncthreads();
+}
+
+/// find_levels() of at most as many contacts as the block has threads: each waits for those before
+/// it. All threads of a block call it.
+/// @param levels  [count] in shared memory
+__device__ inline Index find_levels_at_once(Index count, Index* levels, const Index* befores) {
+  const auto thread = static_cast<Index>(threadIdx.x);
+  volatile Index* const known = levels;
+  __shared__ Index all;
+  if (thread == 0) {
+    all = 0;
+  }
+  bool waits = thread < count;
+  int4 own{kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+  if (waits) {
+    known[thread] = kNoLevel;
+    own = reinterpret_cast<const int4*>(befores)[thread];
+  }
+  __syncthreads();
+  const auto level_behind = [&](Index before) {
+    return before == kInvalidIndex ? Index{-1} : known[before];
+  };
+  Index level = -1;
+  while (__any_sync(~0U, waits) != 0) {
+    if (waits) {
+      const Index a = level_behind(own.x), b = level_behind(own.y);
+      const Index c = level_behind(own.z), d = level_behind(own.w);
+      const Index ab = a < b ? b : a, cd = c < d ? d : c;
+      const Index last = ab < cd ? cd : ab;
+      if (last != kNoLevel) {
+        level = last + 1;
+        known[thread] = level;
+        waits = false;
+      }
+    }
+  }
+  const Index most = -least_of_warp(-level);
+  if (thread % kWarp == 0) {
+    atomicMax(&all, most + 1);
+  }
+  __syncthreads();
+  return all;
 }
 
 __global__ void __launch_bounds__(kTouchListThreads)
@@ -246,9 +289,6 @@ __global__ void __launch_bounds__(kTouchListThreads)
   for (Index c = thread; c < count; c += kTouchListThreads) {
     const Index from = __ldcg(touches.order + c);
     touch = touches.found[from];
-    if (from < touches.vertex_count) {
-      touches.known_at[from] = c;
-    }
     touch.seen[0] = sum_of_side(state, touch, 0);
     touch.seen[1] = sum_of_side(state, touch, 1);
     touch.is_likely =
@@ -257,34 +297,32 @@ __global__ void __launch_bounds__(kTouchListThreads)
   }
   __shared__ SharedRoom<TouchStage> shared;
   TouchStage& stage = shared.get();
-  const bool is_staged = count <= TouchStage::kContacts;
-  Index* const befores = is_staged ? stage.room.lists.befores : touches.befores;
-  Index* const levels_of = is_staged ? stage.levels : touches.levels;
   __syncthreads();
-  if (is_staged) {
+  Index levels = 0;
+  if (count <= TouchStage::kContacts) {
     list_holds(touches, touch, count, stage);
+    levels = find_levels_at_once(count, stage.levels, stage.room.lists.befores);
+    if (thread < count) {
+      touches.levels[thread] = stage.levels[thread];
+    }
   } else {
-    list_many_holds(touches, count, befores);
-  }
-  if (thread < kWarp) {
-    const Index levels = find_levels(count, levels_of, [&](Index c, Index(&found)[4]) {
-      const int4 of_corners = reinterpret_cast<const int4*>(befores)[c];
-      found[0] = of_corners.x;
-      found[1] = of_corners.y;
-      found[2] = of_corners.z;
-      found[3] = of_corners.w;
-    });
-    if (thread == 0) {
-      *touches.level_counts = levels;
-      *touches.counts = count;
-      touches.searches->crossing_count = 0;
-      touches.searches->most_way = 0;
-      input->sums.dropped_contacts.of_bodies += all - count;
+    list_many_holds(touches, count);
+    if (thread < kWarp) {
+      levels = find_levels(count, touches.levels, [&](Index c, Index(&befores)[4]) {
+        const int4 of_corners = reinterpret_cast<const int4*>(touches.befores)[c];
+        befores[0] = of_corners.x;
+        befores[1] = of_corners.y;
+        befores[2] = of_corners.z;
+        befores[3] = of_corners.w;
+      });
     }
   }
-  __syncthreads();
-  for (Index c = thread; c < count && is_staged; c += kTouchListThreads) {
-    touches.levels[c] = stage.levels[c];
+  if (thread == 0) {
+    *touches.level_counts = levels;
+    *touches.counts = count;
+    touches.searches->crossing_count = 0;
+    touches.searches->most_way = 0;
+    input->sums.dropped_contacts.of_bodies += all - count;
   }
 }
 

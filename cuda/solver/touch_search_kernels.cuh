@@ -59,12 +59,7 @@ struct RememberedTouches {
         count(substep == 0 ? input->touch_count : __ldcg(touches.remembered_counts)) {}
 
   /// Null if there was none.
-  /// @param likely  which it may be
-  [[nodiscard]] __device__ const RememberedTouch* find(const TouchSlot& slot,
-                                                       Index likely = kInvalidIndex) const {
-    if (likely >= 0 && likely < count && all[likely].slot.compared_with(slot) == 0) {
-      return all + likely;
-    }
+  [[nodiscard]] __device__ const RememberedTouch* find(const TouchSlot& slot) const {
     Index low = 0, high = count;
     while (low < high) {
       const Index middle = (low + high) / 2;
@@ -74,6 +69,28 @@ struct RememberedTouches {
       }
       low = order < 0 ? middle + 1 : low;
       high = order < 0 ? high : middle;
+    }
+    return nullptr;
+  }
+
+  /// Likewise by all threads of a warp, which look at 32 places at a time.
+  [[nodiscard]] __device__ const RememberedTouch* find_together(const TouchSlot& slot) const {
+    const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
+    for (Index low = 0, end = count; low < end;) {
+      const Index step = (end - low + kWarp - 1) / kWarp;
+      const Index own = low + lane * step;
+      const int order = own < end ? all[own].slot.compared_with(slot) : 1;
+      const unsigned same = __ballot_sync(~0U, order == 0);
+      if (same != 0) {
+        return all + low + (__ffs(static_cast<int>(same)) - 1) * step;
+      }
+      const Index before = __popc(__ballot_sync(~0U, order < 0));  // of those looked at
+      if (before == 0) {
+        return nullptr;
+      }
+      const Index next = low + before * step;
+      low = next - step + 1;
+      end = next < end ? next : end;
     }
     return nullptr;
   }
@@ -199,11 +216,30 @@ __device__ inline bool meets(const GroupBox* group, const ContactBox& box) {
 template <class Visit>
 __device__ inline void for_each_near(const GroupBox* boxes, Index count, const ContactBox& box,
                                      const Visit& visit) {
+  constexpr Index kAtOnce = 4;  // boxes of a thread
   const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
-  for (Index first = 0; first < count; first += kWarp) {
-    const bool is_near = first + lane < count && meets(boxes + first + lane, box);
-    for (unsigned near = __ballot_sync(~0U, is_near); near != 0; near &= near - 1) {
-      visit(first + __ffs(static_cast<int>(near)) - 1);
+  for (Index first = 0; first < count; first += kAtOnce * kWarp) {
+    bool are_near[kAtOnce];
+#pragma unroll
+    for (Index i = 0; i < kAtOnce; ++i) {
+      const Index group = first + i * kWarp + lane;
+      are_near[i] = meets(boxes + (group < count ? group : 0), box) && group < count;
+    }
+    unsigned near[kAtOnce];
+#pragma unroll
+    for (Index i = 0; i < kAtOnce; ++i) {
+      near[i] = __ballot_sync(~0U, are_near[i]);
+    }
+#pragma unroll 1
+    for (Index i = 0; i < kAtOnce; ++i) {
+      unsigned left = near[0];
+#pragma unroll
+      for (Index k = 1; k < kAtOnce; ++k) {  // in registers
+        left = i == k ? near[k] : left;
+      }
+      for (; left != 0; left &= left - 1) {
+        visit(first + i * kWarp + __ffs(static_cast<int>(left)) - 1);
+      }
     }
   }
 }
@@ -231,11 +267,10 @@ struct TouchSearch {
 
 /// Where a vertex meets a body: all threads of a warp look for it, and one of them has what they
 /// find.
-/// @param likely  its contact in the substep before, if it had one
 /// @param shared  of the warp
 /// @return        whether this thread has a contact
 __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex& vertex,
-                                   Index likely, NearPoint& shared, TissueTouch& touch) {
+                                   NearPoint& shared, TissueTouch& touch) {
   const TouchArrays& touches = search.touches;
   const DeviceTouchStart& start = search.start;
   const Index lane = static_cast<Index>(threadIdx.x) % kWarp;
@@ -252,7 +287,7 @@ __device__ inline bool meet_vertex(const TouchSearch& search, const TouchVertex&
                   [&](Index group) { visit(load_constant(triangles + group * kWarp + lane)); });
   };
   const TouchSlot slot = slot_of_vertex(vertex.place, body.body);
-  const RememberedTouch* const known = search.remembered.find(slot, likely);
+  const RememberedTouch* const known = search.remembered.find_together(slot);
   const Vec3<float>* const left = known != nullptr && !body.is_two_sided ? &known->normal : nullptr;
   // No farther than a limit.
   const auto find = [&](const TouchTriangle& triangle, float most, NearPoint& near) {
@@ -503,8 +538,7 @@ __global__ void __launch_bounds__(kTouchThreads, 3)
       continue;
     }
     TissueTouch touch;
-    const bool is_met = meet_vertex(search, load_constant(touches.vertices + i),
-                                    __ldcg(touches.known_at + i), room, touch);
+    const bool is_met = meet_vertex(search, load_constant(touches.vertices + i), room, touch);
     if (is_met) {
       touches.found[i] = touch;
     }

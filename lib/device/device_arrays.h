@@ -426,7 +426,6 @@ struct TouchArrays {
   TouchSearchState* searches = nullptr;  ///< [copy]
   Vec3<float>* seen = nullptr;  ///< [copy][vertex_count] m, when those that are near were searched
   Index* near = nullptr;        ///< [copy][vertex_count + edge_count] in any order
-  Index* known_at = nullptr;    ///< [copy][vertex_count] its contact in the last substep, or any
   std::uint8_t* is_met = nullptr;      ///< [copy][vertex_count]
   std::uint64_t* crossings = nullptr;  ///< [copy][crossing_room] turns, in any order
   TissueTouch* found = nullptr;        ///< [copy][vertex_count + crossing_room]

@@ -291,10 +291,12 @@ TEST_CASE("coarse correction: springs at holds hold as the whole system says", "
   }
   const Eigen::VectorXd expected = whole.ldlt().solve(loads.cast<double>());
 
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> all(kModes, rows + 1);
+  all << moves.cast<double>(), amplitudes.cast<double>();
+  const Eigen::VectorXd all_gives = gives.cast<double>();
   HoldSystem system;
   system.solve(OneWorker{}, holds, [&](Index entry) {
-    return HoldSystem::sum_of_modes(entry, rows, kModes, amplitudes.data(), gives.data(),
-                                    moves.data());
+    return HoldSystem::sum_of_modes(entry, rows, kModes, all_gives.data(), all.data());
   });
 
   for (Index m = 0; m < kModes; ++m) {

@@ -285,6 +285,7 @@ struct CoarseRows : CoarseHolds {
 struct HoldSystem {
   double gives[kHoldRows][kHoldRows];  ///< m/N, the lower triangle
   double forces[kHoldRows];            ///< m, how far what is held would move; then N
+  double shares[kHoldRows];            ///< of a row, taken off each below
 
   /// Entries of the system, row after row: its lower triangle, and forces last.
   [[nodiscard]] PBDSURG_HOST_DEVICE static constexpr Index entries(Index rows) {
@@ -298,20 +299,18 @@ struct HoldSystem {
   }
 
   /// What modes add to an entry.
-  /// @param count       of the modes
-  /// @param amplitudes  [mode] without holds
-  /// @param mode_gives  [mode] see CoarseScratch
-  /// @param hold_modes  [mode][row] how modes move what is held
+  /// @param count  of the modes
+  /// @param gives  [mode] see CoarseScratch
+  /// @param moves  [mode][rows + 1] how modes move what is held; last, their amplitudes without
+  ///               holds
   [[nodiscard]] PBDSURG_HOST_DEVICE static double sum_of_modes(Index entry, Index rows, Index count,
-                                                               const float* amplitudes,
-                                                               const float* mode_gives,
-                                                               const float* hold_modes) {
+                                                               const double* gives,
+                                                               const double* moves) {
     const Index row = entry / (rows + 1), other = entry % (rows + 1);
     double sum = 0;
     for (Index m = 0; m < count; ++m) {
-      const double move{hold_modes[m * rows + row]};
-      sum += other == rows ? move * double{amplitudes[m]}
-                           : double{mode_gives[m]} * move * double{hold_modes[m * rows + other]};
+      const double* const of_mode = moves + m * (rows + 1);
+      sum += (other == rows ? 1.0 : gives[m]) * of_mode[row] * of_mode[other];
     }
     return sum;
   }
@@ -335,14 +334,16 @@ struct HoldSystem {
     workers.meet();
     // L D L^T; L times D below, D on the diagonal
     for (Index j = 0; j < rows; ++j) {
-      const Index left = rows - j - 1;
-      for (Index entry = workers.first; entry < left * (left + 1); entry += workers.stride) {
-        const Index i = j + 1 + entry / (left + 1), k = j + 1 + entry % (left + 1);
-        const double l = gives[i][j] / gives[j][j];
-        if (k == rows) {
-          forces[i] -= l * forces[j];
-        } else if (k <= i) {
-          gives[i][k] -= l * gives[k][j];
+      for (Index i = j + 1 + workers.first; i < rows; i += workers.stride) {
+        shares[i] = gives[i][j] / gives[j][j];
+      }
+      workers.meet();
+      for (Index i = j + 1 + workers.row(); i < rows; i += workers.rows()) {
+        if (workers.column() == 0) {
+          forces[i] -= shares[i] * forces[j];
+        }
+        for (Index k = j + 1 + workers.column(); k <= i; k += workers.columns()) {
+          gives[i][k] -= shares[i] * gives[k][j];
         }
       }
       workers.meet();
