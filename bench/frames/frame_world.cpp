@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "bench/support/timing.h"
 
@@ -16,7 +14,7 @@ namespace {
 constexpr double kPower = 15;    // W
 constexpr double kPeriod = 1;    // s, of the instruments' way to and fro
 constexpr float kReach = 2e-3F;  // m to either side
-constexpr float kAway = 0.05F;   // m
+constexpr float kAway = 0.5F;    // m, from both organs
 
 // Of the hook, from below.
 constexpr float kWireRadius = 1e-3F;
@@ -50,9 +48,11 @@ ToolPose at(const Eigen::Vector3f& tip, float angle) {
 
 }  // namespace
 
-FrameWorld::FrameWorld(const Scene& scene, const SolverOptions& options, double step)
+FrameWorld::FrameWorld(const Scene& scene, const SolverOptions& options, double step,
+                       FrameContact contact)
     : world_(options),
       step_(step),
+      contact_(contact),
       lowest_(lowest_vertex(scene, scene.body(scene.find_body("liver")))) {
   const std::array tissues{tissues::gallbladder_wall(), tissues::liver()};
   making_.solver = time_of([&] { world_ = World(scene, tissues, {}, options); });
@@ -64,7 +64,9 @@ FrameWorld::FrameWorld(const Scene& scene, const SolverOptions& options, double 
       {{{0, 0, 0}, {0, 0, kJaws}, kJawRadius}, {{0, 0, kJaws}, {0, 0, kShaft}, kShaftRadius}},
       grasper_pose_);
   const std::array bodies{world_.find_body("gallbladder"), world_.find_body("liver")};
-  world_.set_contact(bodies[0], bodies[1], kBodies);
+  if (contact_ == FrameContact::all) {
+    world_.set_contact(bodies[0], bodies[1], kBodies);
+  }
   making_.heat = time_of([&] { burner_ = world_.add_cautery(hook_, bodies); });
   making_.surfaces = time_of([&] {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -75,9 +77,11 @@ FrameWorld::FrameWorld(const Scene& scene, const SolverOptions& options, double 
 
 void FrameWorld::aim() {
   const float phase = static_cast<float>(2 * std::numbers::pi * time_ / kPeriod);
-  const Eigen::Vector3f sideways(kReach * std::sin(phase), 0, 0);
-  hook_pose_ = at(lowest_ + sideways + Eigen::Vector3f(0, 0, kDepth), std::numbers::pi_v<float>);
-  grasper_pose_ = at(lowest_ + kBeside + sideways + Eigen::Vector3f(0, 0, kPress - kJawRadius),
+  const Eigen::Vector3f place =
+      lowest_ +
+      Eigen::Vector3f(kReach * std::sin(phase), 0, contact_ == FrameContact::all ? 0 : -kAway);
+  hook_pose_ = at(place + Eigen::Vector3f(0, 0, kDepth), std::numbers::pi_v<float>);
+  grasper_pose_ = at(place + kBeside + Eigen::Vector3f(0, 0, kPress - kJawRadius),
                      0.5F * std::numbers::pi_v<float>);
 }
 
@@ -93,28 +97,6 @@ Frame FrameWorld::next() {
                 frame.why());
   }
   return frame;
-}
-
-double FrameWorld::contact_ms(int rounds) {
-  Solver& solver = world_.solver();
-  const Snapshot start = solver.snapshot();
-  const auto dt = static_cast<float>(step_);
-  std::vector<double> with, without;
-  for (int round = 0; round < rounds; ++round) {
-    const auto timed = [&](float distance) {
-      solver.restore(start);
-      for (const auto& [tool, pose] :
-           {std::pair(hook_, hook_pose_), std::pair(grasper_, grasper_pose_)}) {
-        solver.move_tool(tool, ToolPose(Eigen::Translation3f(0, 0, -distance)) * pose);
-      }
-      solver.step(dt);  // takes the start to a device, and tools to their places
-      return time_of([&] { solver.step(dt); });
-    };
-    with.push_back(timed(0));
-    without.push_back(timed(kAway));
-  }
-  solver.restore(start);
-  return *std::ranges::min_element(with) - *std::ranges::min_element(without);
 }
 
 }  // namespace pbdsurg::bench

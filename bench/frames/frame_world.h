@@ -3,6 +3,7 @@
 
 /// @file
 /// Liver and gallbladder in a world, a grasper that presses on the liver and a hook that burns it.
+/// Likewise without contact, for what that takes.
 
 #include <array>
 #include <cstddef>
@@ -10,6 +11,11 @@
 #include "pbdsurg/world/world.h"
 
 namespace pbdsurg::bench {
+
+enum class FrameContact {
+  all,
+  none,  ///< instruments are elsewhere, and organs do not meet
+};
 
 class FrameWorld {
  public:
@@ -23,16 +29,12 @@ class FrameWorld {
   /// @param scene    of make_liver_and_gallbladder()
   /// @param options  who steps, and how
   /// @param step     s, of a frame
-  FrameWorld(const Scene& scene, const SolverOptions& options, double step);
+  FrameWorld(const Scene& scene, const SolverOptions& options, double step,
+             FrameContact contact = FrameContact::all);
 
   /// The instruments move on, the hook with current.
   /// @throws Error  if the world refuses something or a vertex is not finite
   Frame next();
-
-  /// How much longer the solver's step takes with the hook in the liver than without it, ms: of the
-  /// shortest of some rounds each, from one state, by turns. It may be below zero where noise is
-  /// more than that.
-  [[nodiscard]] double contact_ms(int rounds);
 
   [[nodiscard]] const MakingTimes& making() const { return making_; }
   [[nodiscard]] double step() const { return step_; }
@@ -48,6 +50,7 @@ class FrameWorld {
   MakingTimes making_{};
   World world_;
   double step_;
+  FrameContact contact_;
   double time_ = 0;         // s
   Eigen::Vector3f lowest_;  // m, of the liver at rest
   ToolPose hook_pose_ = ToolPose::Identity(), grasper_pose_ = ToolPose::Identity();

@@ -17,16 +17,16 @@ constexpr int kFirstFrames = 2;   // which bring the state to a device, and tool
 
 FrameEffort frame_effort(bool is_software, bool steps_on_gpu, bool quick) {
   if (quick) {
-    return {3, 3, 0, 5};
+    return {3, 3, 0};
   }
   if (is_software) {
-    return {5, 60, 3, 15};
+    return {5, 60, 3};
   }
-  return steps_on_gpu ? FrameEffort{400, 400, 0, 25} : FrameEffort{5, 400, 3, 15};
+  return steps_on_gpu ? FrameEffort{400, 400, 0} : FrameEffort{5, 400, 3};
 }
 
-FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameEffort& effort,
-                          const std::filesystem::path& file) {
+FrameTimes measure_frames(FrameWorld& world, FrameWorld& apart, FramePicture* picture,
+                          const FrameEffort& effort, const std::filesystem::path& file) {
   const auto start_picture = [&] {
     if (picture != nullptr) {
       picture->start();
@@ -35,6 +35,7 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
   const auto finish_picture = [&] { return picture != nullptr ? picture->finish() : 0.0; };
   for (int i = 0; i < kFirstFrames; ++i) {
     world.next();
+    apart.next();
     start_picture();
     finish_picture();
   }
@@ -56,13 +57,14 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
     touching += frame.report.contacts > 0 ? 1 : 0;
   }
   finish_picture();
-  std::vector<double> heat, edit, step, readback, upload, draw;
+  std::vector<double> heat, edit, step, step_apart, readback, upload, draw;
   for (int i = 0; i < std::min(kFramesApart, effort.least_frames); ++i) {
     const Frame frame = world.next();
     heat.push_back(1e3 * frame.times.heat);
     edit.push_back(1e3 * frame.times.edit);
     step.push_back(1e3 * frame.times.step);
     readback.push_back(1e3 * frame.times.readback);
+    step_apart.push_back(1e3 * apart.next().times.step);
     const double picture_ms = time_of([&] {
       start_picture();
       upload.push_back(finish_picture());
@@ -79,7 +81,7 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
   if (picture != nullptr && !file.empty()) {
     picture->write(file);
   }
-  const double contact = std::clamp(world.contact_ms(effort.contact_rounds), 0.0, median(step));
+  const double contact = std::max(median(step) - median(step_apart), 0.0);
   const double sum = std::accumulate(whole.begin(), whole.end(), 0.0);
   return {world.world().solver().backend_name(),
           picture != nullptr ? picture->renderer() : "",

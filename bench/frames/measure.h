@@ -16,7 +16,6 @@ struct FrameEffort {
   int least_frames;
   int most_frames;
   double most_seconds;
-  int contact_rounds;
 };
 
 /// A picture in software takes longer than all else, and then few frames tell. With a picture by a
@@ -28,7 +27,7 @@ struct FrameStages {
   double heat;
   double edit;     ///< what heat removed and parted
   double solver;   ///< without contact
-  double contact;  ///< by comparison: FrameWorld::contact_ms(), at least zero
+  double contact;  ///< what a step takes more than without; at least zero
   double readback;
   double upload;   ///< to whoever draws
   double picture;  ///< until it is there
@@ -50,10 +49,12 @@ struct FrameTimes {
   [[nodiscard]] double realtime_factor() const { return step * frames_per_s; }
 };
 
-/// @param picture  of the world; null for frames without
+/// @param apart    the same world without contact, whose steps are timed by turns with those of
+///                 `world`
+/// @param picture  of `world`; null for frames without
 /// @param file     for the picture of the last frame, or empty
 /// @throws Error  if instruments touch or the hook heats nothing, or the picture shows nothing
-[[nodiscard]] FrameTimes measure_frames(FrameWorld& world, FramePicture* picture,
+[[nodiscard]] FrameTimes measure_frames(FrameWorld& world, FrameWorld& apart, FramePicture* picture,
                                         const FrameEffort& effort,
                                         const std::filesystem::path& file = {});
 

@@ -99,7 +99,7 @@ constexpr const char* kFramesLegend = R"(
 - from the move of the instruments until the picture is in the memory of whoever draws, without reading it back: one step with a grasper and the hook pressed into the liver, current of 15 W, removal of what it burns, positions to the host, what changed to the renderer, the picture, which a thread of its own sends and draws while the next frame is simulated, and which is done before that one's begins; of more than two threads it has one of the CPU's
 - paper mode: one step of 0.2 ms as above, from rest. default: Neo-Hookean tissue, options as they are by default, a step of 10 ms on the CPU, so that a slow picture stands for more time, and 5 ms on a device, as the demo steps
 - frames/s: of all frames and their time; p99 of few frames is the longest
-- contact: what the solver takes less without instruments, by comparison; solver: the rest of its step; stages are medians of frames in which one follows another
+- contact: what a step takes more than one by turns without instruments, of organs that do not meet; solver: the rest of it; stages are medians of frames in which one follows another
 
 )";
 

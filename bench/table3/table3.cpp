@@ -69,7 +69,7 @@ class Frames {
     if (why_none_) {
       return std::nullopt;
     }
-    FrameWorld world(scene, options, step);
+    FrameWorld world(scene, options, step), apart(scene, options, step, FrameContact::none);
     std::unique_ptr<FramePicture> picture;
     try {
       picture = make_frame_picture(world);
@@ -77,7 +77,7 @@ class Frames {
       why_none_ = error.what();
       return std::nullopt;
     }
-    return measure_frames(world, picture.get(),
+    return measure_frames(world, apart, picture.get(),
                           frame_effort(picture->is_software(), is_gpu, arguments_.quick),
                           arguments_.out / ("table3_" + name + ".png"));
   }
