@@ -103,9 +103,9 @@ std::size_t TouchBuffers::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... buffers) { return (buffers.memory_bytes() + ...); };
   return bytes_of(vertices_, bodies_, pairs_, triangles_, edges_, edge_bodies_, edge_groups_,
                   joined_, rest_, first_neighbors_, neighbors_, boxes_, searches_, seen_positions_,
-                  is_met_, near_, crossings_, found_, contacts_, last_holds_, order_,
-                  counts_, level_counts_, holds_, roots_, befores_, levels_, remembered_counts_,
-                  holds_at_, pushes_, remembered_);
+                  is_met_, near_, crossings_, found_, contacts_, last_holds_, order_, counts_,
+                  level_counts_, holds_, roots_, befores_, levels_, remembered_counts_, holds_at_,
+                  pushes_, remembered_);
 }
 
 }  // namespace pbdsurg::cuda

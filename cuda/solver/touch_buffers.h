@@ -51,8 +51,8 @@ class TouchBuffers {
   DeviceBuffer<std::uint8_t> is_met_;
   DeviceBuffer<std::uint64_t> crossings_;
   DeviceBuffer<TissueTouch> found_, contacts_;
-  DeviceBuffer<Index> near_, last_holds_, order_, counts_, level_counts_, holds_, roots_,
-      befores_, levels_, remembered_counts_;
+  DeviceBuffer<Index> near_, last_holds_, order_, counts_, level_counts_, holds_, roots_, befores_,
+      levels_, remembered_counts_;
   DeviceBuffer<HoldRange> holds_at_;
   DeviceBuffer<float> pushes_;
   DeviceBuffer<RememberedTouch> remembered_;
