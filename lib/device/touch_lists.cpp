@@ -39,9 +39,14 @@ Index group_count(std::size_t elements) {
 TouchLists::TouchLists(const ContactBodies& of) {
   const std::span<const Body> all = of.bodies();
   const auto index_of = [&](Index body) { return static_cast<Index>(&of.body(body) - all.data()); };
+  struct SlottedVertex {
+    TouchSlot slot;
+    TouchVertex vertex;
+  };
+  std::vector<SlottedVertex> slotted;
   const auto add_vertices = [&](Index from, Index to, Index pair) {
     for (const Index place : all[from].places) {
-      vertices.push_back({place, all[from].body, to, pair});
+      slotted.push_back({slot_of_vertex(place, all[to].body), {place, all[from].body, to, pair}});
     }
   };
   for (const ContactPair& pair : of.pairs()) {
@@ -54,9 +59,10 @@ TouchLists::TouchLists(const ContactBodies& of) {
       add_vertices(second, first, number);
     }
   }
-  std::ranges::sort(vertices, {}, [&](const TouchVertex& vertex) {
-    return slot_of_vertex(vertex.place, all[vertex.other].body);
-  });
+  std::ranges::sort(slotted, {}, &SlottedVertex::slot);
+  for (const SlottedVertex& each : slotted) {
+    vertices.push_back(each.vertex);
+  }
   constexpr std::size_t kFlags = 16;  // that a device reads at a time
   fill_up(vertices, kFlags, {kInvalidIndex, kInvalidIndex, kInvalidIndex, kInvalidIndex});
 

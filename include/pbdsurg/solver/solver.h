@@ -479,8 +479,9 @@ class PBDSURG_API Solver {
 
   /// Lets two bodies meet in all copies, from the next step on, or changes how they do. The first
   /// pair has the surfaces of all bodies found, in O(T log T) of their tetrahedra. Each step costs
-  /// O(n) of the pairs' surface vertices, and each edit O(T) of their triangles. Steps count no
-  /// more than SolverOptions::contact_capacity contacts of all pairs together.
+  /// O(n) of the pairs' surface vertices, and each edit O(T) of the triangles of bodies that it
+  /// changes. Steps count no more than SolverOptions::contact_capacity contacts of all pairs
+  /// together.
   /// @param first   of tetrahedra, a sheet or particles
   /// @param second  likewise; the first itself: parts of it that are no neighbours, nor nearer than
   ///                three thicknesses at rest, meet each other

@@ -152,8 +152,6 @@ PBDSURG_HOST_DEVICE inline ContactBox box_of(const FeatureCorners& corners) {
 
 namespace feature_meeting {
 
-using Vector = Vec3<float>;
-
 // An edge's ends are its vertices' business: shares of its length.
 inline constexpr float kEnd = 0.02F;
 // Of the radius, that tool and tissue may move against each other between two looks.
@@ -163,11 +161,12 @@ inline constexpr int kMostLooks = 64;
 inline constexpr float kOnAxis = 0.01F;
 inline constexpr float kPlaneMargin = 1e-3F;  // m, beside what a vertex moves in the substep
 
-PBDSURG_HOST_DEVICE inline Vector between(const Vector& from, const Vector& to, float share) {
+PBDSURG_HOST_DEVICE inline Vec3<float> between(const Vec3<float>& from, const Vec3<float>& to,
+                                               float share) {
   return from + share * (to - from);
 }
 
-PBDSURG_HOST_DEVICE inline float length(const Vector& v) {
+PBDSURG_HOST_DEVICE inline float length(const Vec3<float>& v) {
   using std::sqrt;
   return sqrt(dot(v, v));
 }
@@ -180,13 +179,13 @@ PBDSURG_HOST_DEVICE inline float larger(float a, float b) {
 struct Meeting {
   float weights[3] = {};
   CorePlace place;
-  Vector away;  // m, from there to the feature
+  Vec3<float> away;  // m, from there to the feature
   float distance = kInfinity;
 };
 
-PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vector& x, const PlacedCapsule& capsule) {
+PBDSURG_HOST_DEVICE inline Meeting meet_vertex(const Vec3<float>& x, const PlacedCapsule& capsule) {
   const CorePlace place = capsule.closest(x);
-  const Vector away = x - capsule.at(place);
+  const Vec3<float> away = x - capsule.at(place);
   return {{1, 0, 0}, place, away, length(away)};
 }
 
@@ -198,27 +197,29 @@ PBDSURG_HOST_DEVICE inline CorePlace between(const CorePlace& from, const CorePl
 }
 
 // Where an edge goes through the rectangle of a plate.
-PBDSURG_HOST_DEVICE inline Meeting pierce_plate(const Vector (&x)[3], const PlacedCapsule& plate) {
-  const Vector normal = cross(plate.end - plate.start, plate.across);
+PBDSURG_HOST_DEVICE inline Meeting pierce_plate(const Vec3<float> (&x)[3],
+                                                const PlacedCapsule& plate) {
+  const Vec3<float> normal = cross(plate.end - plate.start, plate.across);
   const float first = dot(x[0] - plate.start, normal), second = dot(x[1] - plate.start, normal);
   if (!(first * second < 0)) {
     return {};
   }
   const float share = first / (first - second);
-  const Vector point = between(x[0], x[1], share);
+  const Vec3<float> point = between(x[0], x[1], share);
   const CorePlace place = plate.closest(point);
-  const Vector beside = point - plate.at(place);
+  const Vec3<float> beside = point - plate.at(place);
   return dot(beside, beside) <= kOnAxis * kOnAxis * plate.radius * plate.radius
              ? Meeting{{1 - share, share, 0}, place, beside, length(beside)}
              : Meeting{};
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const PlacedCapsule& capsule) {
+PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vec3<float> (&x)[3],
+                                             const PlacedCapsule& capsule) {
   Meeting best;
   capsule.for_each_side([&](const CorePlace& from, const CorePlace& to) {
-    const Vector a = capsule.corner(from), b = capsule.corner(to);
+    const Vec3<float> a = capsule.corner(from), b = capsule.corner(to);
     const SegmentPair pair = closest_of_segments(a, b, x[0], x[1]);
-    const Vector away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
+    const Vec3<float> away = between(x[0], x[1], pair.second) - between(a, b, pair.first);
     const float distance = length(away);
     if (distance < best.distance) {
       best = {{1 - pair.second, pair.second, 0}, between(from, to, pair.first), away, distance};
@@ -237,33 +238,33 @@ PBDSURG_HOST_DEVICE inline Meeting meet_edge(const Vector (&x)[3], const PlacedC
 
 // Takes the point of a triangle's plane below one of the axis, if that is within the triangle and
 // nearer.
-PBDSURG_HOST_DEVICE inline void consider(const Vector (&x)[3], const Vector& p,
+PBDSURG_HOST_DEVICE inline void consider(const Vec3<float> (&x)[3], const Vec3<float>& p,
                                          const CorePlace& place, Meeting& best) {
-  const Vector first = x[1] - x[0], second = x[2] - x[0];
-  const Vector normal = cross(first, second);
+  const Vec3<float> first = x[1] - x[0], second = x[2] - x[0];
+  const Vec3<float> normal = cross(first, second);
   const float square = dot(normal, normal);
-  const Vector d = p - x[0];
+  const Vec3<float> d = p - x[0];
   const float b = dot(cross(d, second), normal) / square;
   const float c = dot(cross(first, d), normal) / square;
   const float rest = 1 - b - c;
   if (!(rest > kEnd && b > kEnd && c > kEnd)) {
     return;
   }
-  const Vector away = rest * x[0] + b * x[1] + c * x[2] - p;
+  const Vec3<float> away = rest * x[0] + b * x[1] + c * x[2] - p;
   const float distance = length(away);
   if (distance < best.distance) {
     best = {{rest, b, c}, place, away, distance};
   }
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet_triangle(const Vector (&x)[3],
+PBDSURG_HOST_DEVICE inline Meeting meet_triangle(const Vec3<float> (&x)[3],
                                                  const PlacedCapsule& capsule) {
   Meeting best;
   capsule.for_each_corner(
       [&](const CorePlace& place) { consider(x, capsule.corner(place), place, best); });
-  const Vector normal = cross(x[1] - x[0], x[2] - x[0]);
+  const Vec3<float> normal = cross(x[1] - x[0], x[2] - x[0]);
   capsule.for_each_side([&](const CorePlace& from, const CorePlace& to) {
-    const Vector a = capsule.corner(from), b = capsule.corner(to);
+    const Vec3<float> a = capsule.corner(from), b = capsule.corner(to);
     const float share = dot(x[0] - a, normal) / dot(b - a, normal);
     if (share > 0 && share < 1) {
       consider(x, between(a, b, share), between(from, to, share), best);
@@ -272,7 +273,7 @@ PBDSURG_HOST_DEVICE inline Meeting meet_triangle(const Vector (&x)[3],
   return best;
 }
 
-PBDSURG_HOST_DEVICE inline Meeting meet(int count, const Vector (&x)[3],
+PBDSURG_HOST_DEVICE inline Meeting meet(int count, const Vec3<float> (&x)[3],
                                         const PlacedCapsule& capsule) {
   return count == 1   ? meet_vertex(x[0], capsule)
          : count == 2 ? meet_edge(x, capsule)
@@ -282,16 +283,16 @@ PBDSURG_HOST_DEVICE inline Meeting meet(int count, const Vector (&x)[3],
 // At a share of the substep.
 PBDSURG_HOST_DEVICE inline Meeting meet_at(const FeatureCorners& corners, float share,
                                            const SweptCapsule& capsule) {
-  Vector x[3];
+  Vec3<float> x[3];
   corners.for_each([&](int k) { x[k] = at_share(corners.start[k], corners.end[k], share); });
   return meet(corners.count, x, share < 1 ? capsule.at(share) : capsule.now);
 }
 
 // The plane of a capsule where a feature meets it.
 PBDSURG_HOST_DEVICE inline MetFeature plane_of(const SweptCapsule& capsule, const Meeting& hit,
-                                               const Vector& normal, Index index) {
+                                               const Vec3<float>& normal, Index index) {
   const auto& [before, now] = capsule;
-  const Vector centre = now.at(hit.place);
+  const Vec3<float> centre = now.at(hit.place);
   MetFeature met;
   for (int k = 0; k < 3; ++k) {
     met.weights[k] = hit.weights[k];
@@ -334,7 +335,7 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   }
   const Meeting end = meet_at(corners, 1, capsule);
   bool has_side = known != nullptr;
-  Vector side = has_side ? *known : Vector{};
+  Vec3<float> side = has_side ? *known : Vec3<float>{};
   // where it ends, unless it is on its way through
   const auto is_met_at_end = [&] { return end.distance < reach && dot(end.away, side) > on_axis; };
   bool is_hit = has_side && is_met_at_end();
@@ -366,12 +367,12 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
   if (!is_hit && (!(end.distance < reach) || (!has_side && outward(1.0F).is_along(end.away)))) {
     return;
   }
-  const Vector centre = now.at(hit.place);
-  const Vector x = hit.weights[0] * corners.end[0] + hit.weights[1] * corners.end[1] +
-                   hit.weights[2] * corners.end[2];
-  const Vector away = x - centre;
+  const Vec3<float> centre = now.at(hit.place);
+  const Vec3<float> x = hit.weights[0] * corners.end[0] + hit.weights[1] * corners.end[1] +
+                        hit.weights[2] * corners.end[2];
+  const Vec3<float> away = x - centre;
   const float distance = length(away);
-  Vector normal;
+  Vec3<float> normal;
   if (is_early && (end.distance < kInfinity || distance < reach)) {
     normal = side;  // what was nearest then may have slid along the tool since
   } else if (distance > on_axis && (!has_side || dot(away, side) > 0)) {
@@ -392,8 +393,8 @@ PBDSURG_HOST_DEVICE inline void meet_capsule(const FeatureCorners& corners,
 PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
                                                 const SweptHalfSpace& half_space, MetFeature& met) {
   using namespace feature_meeting;
-  const Vector x = vertex.end[0];
-  const Vector& normal = half_space.normal;
+  const Vec3<float> x = vertex.end[0];
+  const Vec3<float>& normal = half_space.normal;
   const float gap = dot(normal, x - half_space.point);
   if (!(gap < kPlaneMargin + length(x - vertex.start[0]))) {
     return;
@@ -403,9 +404,9 @@ PBDSURG_HOST_DEVICE inline void meet_half_space(const FeatureCorners& vertex,
   met.weights[1] = met.weights[2] = 0;
   met.normal = normal;
   met.point = x - gap * normal;
-  const Vector arm = met.point - half_space.centre;
-  met.way = Vector{dot(half_space.turn[0], arm), dot(half_space.turn[1], arm),
-                   dot(half_space.turn[2], arm)} +
+  const Vec3<float> arm = met.point - half_space.centre;
+  met.way = Vec3<float>{dot(half_space.turn[0], arm), dot(half_space.turn[1], arm),
+                        dot(half_space.turn[2], arm)} +
             half_space.shift;
   met.height = dot(normal, half_space.point);
 }

@@ -102,9 +102,10 @@ class TouchSearch {
     search.trees.resize(bodies.size());
     search.edge_trees.resize(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      if (search.revision != bodies_.revision()) {
+      if (search.trees[b].body != bodies[b].revision) {
         order(bodies[b].triangles, start_.positions(), search.trees[b]);
         order(bodies[b].edges, start_.positions(), search.edge_trees[b]);
+        search.trees[b].body = bodies[b].revision;
       }
       fit_boxes(bodies[b].triangles, start_.positions(), search.trees[b]);
       fit_boxes(bodies[b].edges, start_.positions(), search.edge_trees[b]);

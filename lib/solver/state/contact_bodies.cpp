@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "lib/solver/state/tissue_surface.h"
@@ -28,6 +29,26 @@ bool is_within_particles(const Tissue& tissue, const Link& link) {
   return has_particles(tissue.body(body)) && tissue.body_of_vertex(link.second) == body;
 }
 
+// Sorts by a place, and those that share one, which are few, among themselves.
+template <class T, class PlaceOf>
+void sort_by_place(std::vector<T>& list, std::size_t place_count, const PlaceOf& place_of) {
+  std::vector<std::size_t> first(place_count + 1, 0);
+  for (const T& each : list) {
+    ++first[static_cast<std::size_t>(place_of(each)) + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::size_t> end(first.begin(), first.end() - 1);
+  std::vector<T> sorted(list.size());
+  for (const T& each : list) {
+    sorted[end[static_cast<std::size_t>(place_of(each))]++] = each;
+  }
+  for (std::size_t place = 0; place < place_count; ++place) {
+    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(first[place]),
+              sorted.begin() + static_cast<std::ptrdiff_t>(end[place]));
+  }
+  list = std::move(sorted);
+}
+
 void add_surface(const TissueSurface& surface, ContactBodies::Body& body) {
   for (const PlaceTriangle& slot : surface.slots(body.body)) {
     if (slot[0] == kInvalidIndex) {
@@ -38,7 +59,6 @@ void add_surface(const TissueSurface& surface, ContactBodies::Body& body) {
       continue;  // the other side has it too
     }
     body.triangles.push_back(triangle);
-    body.places.insert(body.places.end(), triangle.begin(), triangle.end());
   }
 }
 
@@ -88,7 +108,7 @@ ContactBodies::Edge joined(std::span<const ContactBodies::Edge> parts, bool is_t
 }
 
 std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangles,
-                                          bool is_two_sided) {
+                                          bool is_two_sided, std::size_t place_count) {
   std::vector<ContactBodies::Edge> edges;
   for (const PlaceTriangle& t : triangles) {
     if (t[1] == t[2]) {
@@ -101,7 +121,7 @@ std::vector<ContactBodies::Edge> edges_of(std::span<const PlaceTriangle> triangl
                             : ContactBodies::Edge{{b, a}, {kInvalidIndex, opposite}});
     }
   }
-  std::ranges::sort(edges);
+  sort_by_place(edges, place_count, [](const ContactBodies::Edge& edge) { return edge.ends[0]; });
   std::size_t count = 0;
   for (auto first = edges.begin(); first != edges.end();) {
     const auto end = std::find_if(
@@ -161,7 +181,10 @@ void ContactBodies::refresh(const Tissue& tissue, const TissueSurface& surface,
 
 void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
                          std::span<const Index> place_of_vertex) {
-  bodies_.clear();
+  std::vector<Body> before = std::exchange(bodies_, {});
+  if (!version_) {
+    before.clear();  // which body meets itself may have changed
+  }
   for (const ContactPair& pair : pairs_) {
     for (const Index body : {pair.first, pair.second}) {
       bodies_.push_back({body, surface.is_two_sided(body) || has_particles(tissue.body(body))});
@@ -177,24 +200,49 @@ void ContactBodies::list(const Tissue& tissue, const TissueSurface& surface,
   }
   vertex_count_ = 0;
   for (Body& each : bodies_) {
-    each.meets_itself = std::ranges::any_of(pairs_, [&](const ContactPair& pair) {
-      return pair.first == each.body && pair.second == each.body;
-    });
-    if (has_particles(tissue.body(each.body))) {
-      add_particles(tissue, surface, place_of_vertex, each);
+    const auto known = std::ranges::find(before, each.body, &Body::body);
+    const bool is_known = known != before.end() && !has_particles(tissue.body(each.body)) &&
+                          known->surface == surface.revision_of(each.body);
+    if (is_known) {
+      each = std::move(*known);
     } else {
-      add_surface(surface, each);
-    }
-    std::ranges::sort(each.triangles);
-    std::ranges::sort(each.places);
-    each.places.erase(std::unique(each.places.begin(), each.places.end()), each.places.end());
-    each.edges = edges_of(each.triangles, each.is_two_sided);
-    if (!each.is_two_sided) {
-      std::erase_if(each.edges, [&](const Edge& edge) { return !is_sharp(edge, rest_); });
+      list_body(tissue, surface, place_of_vertex, each);
     }
     each.first_vertex = vertex_count_;
     vertex_count_ += static_cast<Index>(each.places.size());
   }
+}
+
+void ContactBodies::list_body(const Tissue& tissue, const TissueSurface& surface,
+                              std::span<const Index> place_of_vertex, Body& body) {
+  body.meets_itself = std::ranges::any_of(pairs_, [&](const ContactPair& pair) {
+    return pair.first == body.body && pair.second == body.body;
+  });
+  if (has_particles(tissue.body(body.body))) {
+    add_particles(tissue, surface, place_of_vertex, body);
+  } else {
+    add_surface(surface, body);
+  }
+  sort_by_place(body.triangles, rest_.size(), [](const PlaceTriangle& t) { return t[0]; });
+  std::vector<bool> is_here(rest_.size(), false);
+  for (const Index place : body.places) {  // particles need have no link
+    is_here[place] = true;
+  }
+  for (const PlaceTriangle& triangle : body.triangles) {
+    std::ranges::for_each(triangle, [&](Index place) { is_here[place] = true; });
+  }
+  body.places.clear();
+  for (Index place = 0; place < static_cast<Index>(is_here.size()); ++place) {
+    if (is_here[place]) {
+      body.places.push_back(place);
+    }
+  }
+  body.edges = edges_of(body.triangles, body.is_two_sided, rest_.size());
+  if (!body.is_two_sided) {
+    std::erase_if(body.edges, [&](const Edge& edge) { return !is_sharp(edge, rest_); });
+  }
+  body.surface = surface.revision_of(body.body);
+  body.revision = ++last_body_;
 }
 
 void ContactBodies::mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex) {

@@ -49,6 +49,8 @@ class ContactBodies {
     bool is_two_sided = false;   ///< a sheet, or particles
     bool meets_itself = false;
     Index first_vertex = 0;       ///< of its vertices among those of all
+    std::uint64_t revision = 0;   ///< of the lists below: another number, other lists
+    std::uint64_t surface = 0;    ///< TissueSurface::revision_of(), which they are of
     std::vector<Index> places{};  ///< of its surface, ascending
     /// Each once, the smallest place first, as they are wound; ascending. Links of particles are
     /// among them, with their second end twice.
@@ -70,7 +72,7 @@ class ContactBodies {
   void drop_bodies_from(Index body);
 
   /// Lists surfaces, if an edit came or pairs have changed since they were.
-  /// Cost: O(T) of the bodies' triangles, O(links).
+  /// Cost: O(T) of the triangles of bodies whose surface has changed, O(V) of all, O(links).
   /// @param surface  as of now
   void refresh(const Tissue& tissue, const TissueSurface& surface,
                std::span<const Index> place_of_vertex);
@@ -99,14 +101,16 @@ class ContactBodies {
  private:
   void list(const Tissue& tissue, const TissueSurface& surface,
             std::span<const Index> place_of_vertex);
+  void list_body(const Tissue& tissue, const TissueSurface& surface,
+                 std::span<const Index> place_of_vertex, Body& body);
   void mark_joined(const Tissue& tissue, std::span<const Index> place_of_vertex);
   void list_neighbors();
 
   std::vector<ContactPair> pairs_;
   std::vector<Body> bodies_;
   Index vertex_count_ = 0;
-  std::uint64_t revision_ = 0;
-  std::optional<std::uint64_t> version_;  // of the tissue, that the lists are of
+  std::uint64_t revision_ = 0, last_body_ = 0;  // of all lists, and of a body's that were made last
+  std::optional<std::uint64_t> version_;        // of the tissue, that the lists are of
   // see TouchRules
   std::vector<std::uint8_t> is_joined_;
   std::vector<Vec3<float>> rest_;

@@ -17,6 +17,7 @@ void TissueSurface::refresh(const Tissue& tissue) {
   const auto bodies = static_cast<Index>(has_begun_ ? tissue.bodies().size() : 0);
   for (auto body = static_cast<Index>(surfaces_.size()); body < bodies; ++body) {
     surfaces_.push_back(std::make_unique<Surface>(tissue, body));
+    surfaces_.back()->revision = ++revision_;
   }
   for (const std::unique_ptr<Surface>& surface : surfaces_) {
     const LiveSurface& live = surface->live;
@@ -25,7 +26,7 @@ void TissueSurface::refresh(const Tissue& tissue) {
     }
     live.collect_changes(surface->seen_version, ranges_);
     surface->seen_version = live.version();
-    ++revision_;
+    surface->revision = ++revision_;
     surface->triangles.resize(static_cast<std::size_t>(live.slot_count()));
     for (const SlotRange& range : ranges_) {
       for (Index slot = range.first; slot < range.end; ++slot) {

@@ -89,6 +89,11 @@ class TissueSurface final : public Follower {
     return surfaces_[body]->live.is_two_sided();
   }
 
+  /// Of the slots of a body: another number, other triangles. No two surfaces share one.
+  [[nodiscard]] std::uint64_t revision_of(Index body) const noexcept {
+    return surfaces_[body]->revision;
+  }
+
   /// [slot] of a body; kInvalidIndex in those without a triangle.
   [[nodiscard]] std::span<const PlaceTriangle> slots(Index body) const noexcept {
     return surfaces_[body]->triangles;
@@ -107,6 +112,7 @@ class TissueSurface final : public Follower {
     LiveSurface live;
     bool follows_last_edit = false;  // else it came after that
     std::uint64_t seen_version = 0;
+    std::uint64_t revision = 0;
     std::vector<PlaceTriangle> triangles{};  // [slot]
   };
 

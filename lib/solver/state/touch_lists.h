@@ -27,6 +27,7 @@ struct TouchTree {
   std::vector<Index> order;  ///< of the body's
   std::vector<TouchBox> boxes;
   std::size_t first_leaf = 0;
+  std::uint64_t body = 0;  ///< ContactBodies::Body::revision, which the order is of
 };
 
 /// A triangle, or a link, that a vertex may meet.
