@@ -218,6 +218,9 @@ void Driver::look(Record& record, int checkpoint) {
     if (solver_.last_report(copy).non_finite_vertices > 0) {
       throw std::logic_error(record.program() + ": a vertex is not finite");
     }
+    if (follows_contacts_ && solver_.body_contacts(copy).empty()) {
+      throw std::logic_error(record.program() + ": no bodies touch");
+    }
   }
   record.add(checkpoint, "topology", topology());
   if (!surfaces_.empty()) {
@@ -251,6 +254,9 @@ void Driver::look_at_state(Record& record, int checkpoint) const {
     const std::string of = copies_ == 1 ? "" : " of copy " + std::to_string(copy);
     add("state" + of, solver_.state_hash(copy));
     add("tools" + of, tools(copy));
+    if (follows_contacts_) {
+      add("contacts" + of, contacts(copy));
+    }
   }
   add("rest values", rest_values());
   add("plan", plan());
@@ -338,6 +344,39 @@ std::uint64_t Driver::tools(Index copy) const {
   }
   digest.mix_all(snapshot.falling);
   digest.mix_all(solver_.watched_positions(copy));
+  return digest.value();
+}
+
+std::uint64_t Driver::contacts(Index copy) const {
+  Digest digest;
+  for (const BodyContact& contact : solver_.body_contacts(copy)) {
+    digest.mix_all(std::array{contact.first, contact.second, Index{contact.first_count}});
+    digest.mix_all(contact.vertices);
+    digest.mix_all(contact.weights);
+    digest.mix_all(contact.normal);
+    digest.mix(contact.distance);
+    digest.mix_all(contact.force);
+  }
+  const auto tool_count = static_cast<Index>(solver_.snapshot(copy).tool_poses.size());
+  for (Index i = 0; i < tool_count; ++i) {
+    const ToolId tool(i);
+    digest.mix_all(solver_.tool_torque(tool, copy));
+    digest.mix_all(solver_.tool_displacement(tool, copy));
+    for (const ToolContact& contact : solver_.tool_contacts(tool, copy)) {
+      digest.mix_all(contact.vertices);
+      digest.mix_all(contact.weights);
+      digest.mix_all(contact.normal);
+      digest.mix_all(contact.force);
+    }
+    const GripReport grip = solver_.tool_grip(tool, copy);
+    digest.mix(grip.state);
+    digest.mix(grip.slid);
+    digest.mix_all(grip.pull);
+    for (const GraspedPoint& point : grip.points) {
+      digest.mix_all(point.anchor);
+      digest.mix_all(point.force);
+    }
+  }
   return digest.value();
 }
 

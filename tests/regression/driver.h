@@ -45,6 +45,8 @@ class Driver {
   /// A line fills the first hollow of a body with gas, to 300 Pa.
   void fill_lumen(Index body);
   void follow_strands(const ConnectiveTissue& strands);
+  /// Looks at contacts between bodies, at those of tools, and at grips.
+  void follow_contacts() { follows_contacts_ = true; }
   void follow_heat(std::span<const ThermalBody> bodies);
   void switch_on_cautery(std::span<const ThermalBody> bodies, CauteryOptions options);
 
@@ -74,7 +76,8 @@ class Driver {
   [[nodiscard]] const CutFront& front() const { return front_; }
 
   /// Records all that there is to read.
-  /// @throws std::logic_error  if a vertex is not finite: such a program would test nothing
+  /// @throws std::logic_error  if a vertex is not finite, or no bodies touch where contacts are
+  ///                           followed: such a program would test nothing
   void look(Record& record, int checkpoint);
 
  private:
@@ -88,6 +91,7 @@ class Driver {
   [[nodiscard]] std::uint64_t rest_values() const;
   [[nodiscard]] std::uint64_t plan() const;
   [[nodiscard]] std::uint64_t tools(Index copy) const;
+  [[nodiscard]] std::uint64_t contacts(Index copy) const;
   [[nodiscard]] std::uint64_t surfaces();
   [[nodiscard]] std::uint64_t pieces() const;
   [[nodiscard]] std::uint64_t strands() const;
@@ -104,6 +108,7 @@ class Driver {
   std::deque<SurfaceMap> maps_;               // of surfaces_, where there is heat
   std::optional<LivePieces> pieces_;
   std::shared_ptr<Lumen> lumen_;
+  bool follows_contacts_ = false;
 
   CutFront front_;
   Digest reports_, edits_, burns_;

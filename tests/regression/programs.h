@@ -24,6 +24,10 @@ struct Program {
 /// steps; compaction.
 [[nodiscard]] std::vector<Program> mechanics_programs();
 
+/// Bodies that meet each other, shafts and jaws, by every method and with copies; edits, undo and
+/// compaction in contact.
+[[nodiscard]] std::vector<Program> contact_programs();
+
 /// Random edits of all kinds and cuts, taken back in between, with all that follows them.
 [[nodiscard]] std::vector<Program> edit_programs();
 

@@ -30,8 +30,8 @@ const std::string kLibraryHashes = PBDSURG_REGRESSION_FOLDER "/library_hashes.tx
 
 std::vector<Program> all_programs() {
   std::vector<Program> all = testing::mechanics_programs();
-  for (std::vector<Program>& more :
-       std::array{testing::edit_programs(), testing::surgery_programs()}) {
+  for (std::vector<Program>& more : std::array{
+           testing::contact_programs(), testing::edit_programs(), testing::surgery_programs()}) {
     std::ranges::move(more, std::back_inserter(all));
   }
   return all;
