@@ -31,12 +31,11 @@ struct CornerWay {
 
 namespace crossing {
 
-using Vector = Vec3<double>;
-
 inline constexpr double kMargin = 1e-4;  // share of a side
 inline constexpr int kHalvings = 40;
 
-PBDSURG_HOST_DEVICE inline double product(const Vector& a, const Vector& b, const Vector& c) {
+PBDSURG_HOST_DEVICE inline double product(const Vec3<double>& a, const Vec3<double>& b,
+                                          const Vec3<double>& c) {
   return dot(a, cross(b, c));
 }
 
@@ -49,8 +48,8 @@ struct Volume {
   double c[4];
 
   PBDSURG_HOST_DEVICE Volume(const CornerWay& u, const CornerWay& v, const CornerWay& w) {
-    const Vector &u0 = u.start, &v0 = v.start, &w0 = w.start;
-    const Vector u1 = u.end - u0, v1 = v.end - v0, w1 = w.end - w0;
+    const Vec3<double>&u0 = u.start, &v0 = v.start, &w0 = w.start;
+    const Vec3<double> u1 = u.end - u0, v1 = v.end - v0, w1 = w.end - w0;
     c[0] = product(u0, v0, w0);
     c[1] = product(u1, v0, w0) + product(u0, v1, w0) + product(u0, v0, w1);
     c[2] = product(u1, v1, w0) + product(u1, v0, w1) + product(u0, v1, w1);
@@ -122,8 +121,8 @@ PBDSURG_HOST_DEVICE inline bool segments_cross(const CornerWay& a, const CornerW
   using namespace crossing;
   const CornerWay first = between(a, b), second = between(c, d), apart = between(a, c);
   return any_root(Volume(first, second, apart), [&](double share) {
-    const Vector u = first.at(share), v = second.at(share), w = apart.at(share);
-    const Vector normal = cross(u, v);
+    const Vec3<double> u = first.at(share), v = second.at(share), w = apart.at(share);
+    const Vec3<double> normal = cross(u, v);
     const double square = dot(normal, normal);
     const auto is_within = [&](double product) {
       return product >= -kMargin * square && product <= (1 + kMargin) * square;
@@ -138,8 +137,8 @@ PBDSURG_HOST_DEVICE inline bool point_crosses(const CornerWay& point, const Corn
   using namespace crossing;
   const CornerWay first = between(a, b), second = between(a, c), to = between(a, point);
   return any_root(Volume(first, second, to), [&](double share) {
-    const Vector u = first.at(share), v = second.at(share), w = to.at(share);
-    const Vector normal = cross(u, v);
+    const Vec3<double> u = first.at(share), v = second.at(share), w = to.at(share);
+    const Vec3<double> normal = cross(u, v);
     const double square = dot(normal, normal);
     const double along_first = product(w, v, normal), along_second = product(u, w, normal);
     const double least = -kMargin * square;

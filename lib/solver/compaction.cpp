@@ -14,6 +14,7 @@
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
+#include "lib/solver/state/told_contacts.h"
 #include "lib/solver/substep_rule.h"
 #include "lib/tissue/compact.h"
 #include "lib/tissue/renumber.h"
@@ -122,7 +123,10 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
     now.past_substep = before.past_substep;
     now.factors = before.factors;
     now.tools = before.tools;
-    for (ToolState& tool : now.tools) {
+    for (std::size_t t = 0; t < now.tools.size(); ++t) {
+      ToolState& tool = now.tools[t];
+      tool.told = contacts_of_tool(from, before, before.tools[t]);
+      renumber(tool.told, ids.vertices);
       for (Attachment& held : tool.attachments) {
         held.vertex = ids.vertices[held.vertex];
       }
@@ -133,6 +137,8 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
     }
     now.touches.remembered = before.touches.remembered;
     renumber(now.touches.remembered, places, ids.bodies);
+    now.touches.told = contacts_of_bodies(from, before);
+    renumber(now.touches.told, ids.vertices, ids.bodies);
     now.attachment_colors = before.attachment_colors;
     now.watched_positions = before.watched_positions;
     now.last_report = renumbered(before.last_report, ids);

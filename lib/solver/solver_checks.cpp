@@ -153,6 +153,10 @@ void check_half_space(const HalfSpace& half_space) {
 }
 
 void check_surface(const ToolSurface& surface) {
+  if (surface.features > ContactFeatures::all) {
+    throw InvalidArgument("features are " + std::to_string(static_cast<int>(surface.features)) +
+                          "; they must be vertices or all");
+  }
   if (!(surface.friction >= 0) || !std::isfinite(surface.friction)) {
     throw InvalidArgument("friction is " + std::to_string(surface.friction) +
                           "; it must be >= 0 and finite");

@@ -16,6 +16,7 @@
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
+#include "lib/solver/state/told_contacts.h"
 
 namespace pbdsurg {
 namespace {
@@ -91,6 +92,7 @@ void check_remembered(const SolverData& data, const ToolState& tool) {
 // What Solver::restore() does not check.
 void check_motion(const Solver& solver, const SolverMotion& motion) {
   const SolverData& data = solver_data(solver);
+  const auto vertex_count = static_cast<std::size_t>(solver.vertex_count());
   check_count("copies", motion.copies.size(), static_cast<std::size_t>(data.copy_count()));
   for (const Index place : motion.watched_places) {
     check_id("place", place, data.particles.size());
@@ -113,12 +115,14 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
     check_id("replica that is not finite", std::max(0, report.first_non_finite_copy),
              motion.copies.size());
     check_count("tools", own.tools.size(), motion.copies.front().tools.size());
+    check_told(own.body_contacts, vertex_count, solver.tissue().bodies().size());
     check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
     for (std::size_t i = 0; i < own.tools.size(); ++i) {
       const ToolId id(static_cast<Index>(i));
       check_tool(data, id, own.tools[i]);
       check_removed(id, own.tools[i], motion.copies.front().tools[i].is_removed);
       check_remembered(data, own.tools[i]);
+      check_told(own.tools[i].told, vertex_count);
       check_grip_state(data, own.tools[i].grip, own.tools.size());
     }
   }
@@ -201,11 +205,14 @@ SolverMotion motion_of(const Solver& solver) {
   SolverMotion motion;
   const SolverData& data = solver_data(solver);
   for (Index i = 0; i < data.copy_count(); ++i) {
-    motion.copies.push_back({solver.snapshot(i), {}, {}, {}, {}});  // waits for a step that runs
+    motion.copies.push_back(
+        {solver.snapshot(i), {}, {}, {}, {}, {}});  // waits for a step that runs
     SolverMotion::OfCopy& own = motion.copies.back();
     const CopyState& state = data.copy(i);
     own.tools = state.tools;
+    own.body_contacts = contacts_of_bodies(data, state);
     for (ToolState& tool : own.tools) {
+      tool.told = contacts_of_tool(data, state, tool);
       tool.contacts = {};  // of a substep
       tool.surface_contacts = {};
       tool.capsules_before = {};
@@ -241,6 +248,7 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
     snapshot.tissue = solver.tissue().identified_version();
     solver.restore(snapshot, i);
     state.tools = own.tools;  // with what they hold
+    state.touches.told = own.body_contacts;
     state.color_attachments();
     state.watched_positions = own.watched_positions;
     state.last_report = own.report;
@@ -266,10 +274,10 @@ std::size_t memory_bytes(const SolverMotion& motion) noexcept {
     bytes += bytes_of(snapshot.positions) + bytes_of(snapshot.velocities) +
              bytes_of(snapshot.falling) + bytes_of(snapshot.roundings) + bytes_of(snapshot.ways) +
              bytes_of(snapshot.velocities_before) + bytes_of(snapshot.forces) +
-             bytes_of(copy.watched_positions);
+             bytes_of(copy.watched_positions) + bytes_of(copy.body_contacts);
     for (const ToolState& tool : copy.tools) {
       bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments) +
-               bytes_of(tool.joints) + tool.grip.memory_bytes();
+               bytes_of(tool.joints) + bytes_of(tool.told) + tool.grip.memory_bytes();
     }
   }
   return bytes;

@@ -58,6 +58,7 @@ struct SolverMotion {
   struct OfCopy {
     Snapshot snapshot;
     std::vector<ToolState> tools;
+    std::vector<BodyContact> body_contacts;  // of the last step
     std::vector<Eigen::Vector3f> watched_positions;
     StepReport report;
     CopyFactors factors;

@@ -305,6 +305,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     tool.contacts.clear();
     tool.surface_contacts.clear();
     tool.remembered.clear();
+    tool.told.clear();
     tool.force.setZero();
     tool.torque.setZero();
   }

@@ -11,6 +11,7 @@
 #include "lib/solver/solver_checks.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
+#include "lib/solver/state/told_contacts.h"
 
 namespace pbdsurg {
 namespace {
@@ -187,29 +188,10 @@ Eigen::Vector3f Solver::tool_torque(ToolId tool, Index copy) const {
 }
 
 std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
-  CopyState& owner = checked_copy(*data_, copy);
-  const ToolState& state = checked_tool(owner, tool);
+  const CopyState& owner = checked_copy(*data_, copy);
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
-  const float scale = owner.factors.stiffness;  // see substep_numbers()
-  std::vector<ToolContact> contacts;
-  if (state.surface_contacts.empty()) {
-    return contacts;
-  }
-  const std::vector<Index> vertex_at = data_->vertices_at_places();
-  for (std::size_t c = 0; c < state.surface_contacts.size(); ++c) {
-    const SurfaceContact& contact = state.surface_contacts[c];
-    const RememberedContact& force = state.remembered[c];
-    ToolContact& told = contacts.emplace_back();
-    told.vertices.fill(kInvalidIndex);
-    for (int k = 0; k < contact.feature.count(); ++k) {
-      told.vertices[k] = vertex_at[contact.feature.places[k]];
-    }
-    std::ranges::copy(contact.weights, told.weights.begin());
-    told.point = vector_of(contact.point);
-    told.normal = vector_of(contact.normal);
-    told.force = -scale * vector_of(force.force * force.normal + force.friction);
-  }
-  return contacts;
+  return contacts_of_tool(*data_, owner, state);
 }
 
 Eigen::Vector3f Solver::tool_force(ToolId tool, Index copy) const {

@@ -483,13 +483,23 @@ void visit_members(Record& state, Visit& visit) {
   auto& [joint, angle, target] = state;
   visit(joint, angle, target);
 }
+template <RecordOf<ToolContact> Record, class Visit>
+void visit_members(Record& contact, Visit& visit) {
+  auto& [vertices, weights, point, normal, force] = contact;
+  visit(vertices, weights, point, normal, force);
+}
+template <RecordOf<BodyContact> Record, class Visit>
+void visit_members(Record& contact, Visit& visit) {
+  auto& [first, second, vertices, first_count, weights, point, normal, distance, force] = contact;
+  visit(first, second, vertices, first_count, weights, point, normal, distance, force);
+}
 template <RecordOf<ToolState> Record, class Visit>
 void visit_members(Record& tool, Visit& visit) {
   auto& [capsules, half_spaces, pose, target, attachments, placed_before, placed, placed_capsules,
-         capsules_before, contacts, surface, surface_contacts, remembered, force, torque, grip,
-         joints, is_removed, coupling, spring] = tool;
-  visit(capsules, half_spaces, pose, target, attachments, surface, remembered, force, torque, grip);
-  visit(joints, is_removed, coupling, spring);
+         capsules_before, contacts, surface, surface_contacts, remembered, told, force, torque,
+         grip, joints, is_removed, coupling, spring] = tool;
+  visit(capsules, half_spaces, pose, target, attachments, surface, remembered, told, force, torque);
+  visit(grip, joints, is_removed, coupling, spring);
 }
 template <RecordOf<DroppedContacts> Record, class Visit>
 void visit_members(Record& dropped, Visit& visit) {
@@ -512,8 +522,8 @@ void visit_members(Record& factors, Visit& visit) {
 }
 template <RecordOf<SolverMotion::OfCopy> Record, class Visit>
 void visit_members(Record& copy, Visit& visit) {
-  auto& [snapshot, tools, watched_positions, report, factors] = copy;
-  visit(snapshot, tools, watched_positions, report, factors);
+  auto& [snapshot, tools, body_contacts, watched_positions, report, factors] = copy;
+  visit(snapshot, tools, body_contacts, watched_positions, report, factors);
 }
 template <RecordOf<TissueContact> Record, class Visit>
 void visit_members(Record& contact, Visit& visit) {

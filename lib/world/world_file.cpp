@@ -110,7 +110,7 @@ SceneRecord record_of(const Scene& scene) {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'B', 'D', 'W', 'O', 'R', 'L', 'D'};
-constexpr std::uint32_t kFormatVersion = 11;
+constexpr std::uint32_t kFormatVersion = 12;
 constexpr std::size_t kSizeOffset = kMagic.size() + sizeof(kFormatVersion);
 constexpr std::size_t kHeadBytes = kSizeOffset + sizeof(std::uint64_t);
 constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);

@@ -487,6 +487,9 @@ TEST_CASE("surface contact: what is out of range is refused", "[errors]") {
                     ContainsSubstring("normal of length 2"));
   CHECK_THROWS_WITH(solver.add_half_space({}, std::numeric_limits<float>::infinity()),
                     ContainsSubstring("friction is inf"));
+  CHECK_THROWS_WITH(
+      solver.add_tool({&ball, 1}, at({0, 0, 1}), {static_cast<ContactFeatures>(7), 0}),
+      ContainsSubstring("features are 7"));
 
   const ToolId tool = solver.add_tool({&ball, 1}, at({1e-3F, 1e-3F, 3.9e-3F}), kAll);
   solver.step(kStep);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "pbdsurg/base/error.h"
@@ -69,6 +70,137 @@ TEST_CASE("world contact: a saved world goes on to the bit where bodies lie on e
   CHECK(world.solver().body_contacts().empty());
   CHECK(!other.solver().body_contacts().empty());
   CHECK_THROWS_AS(world.set_contact(lower, BodyId(7), {1e-3F, 0}), InvalidArgument);
+}
+
+namespace {
+
+// A slab between two jaws that press, on another body.
+struct SqueezedSlab {
+  World world{};
+  ToolId upper, lower, gripper;
+  Grip grip{.clamp_force = 2};
+
+  SqueezedSlab() {
+    constexpr float kHalf = 2e-3F, kTop = 2 * static_cast<float>(testing::kEdge);
+    const BodyId slab = world.add_body("slab", testing::slab(0, {8, 4, 2}), tissues::liver());
+    const BodyId other = world.add_body("other", testing::slab(-4.4e-3, {4, 4, 2}), tissues::fat());
+    world.fix(slab, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
+    world.fix(other, [](const Eigen::Vector3d&) { return true; });
+    world.set_gravity({0, 0, -9.81F});
+    world.set_contact(slab, other, {0.5e-3F, 0.2F});
+    const std::vector<Capsule> jaw{{{10e-3F, 4e-3F, 0}, {14e-3F, 4e-3F, 0}, kHalf}};
+    upper = world.add_tool(jaw, at(kTop + kHalf), {.friction = 0.3F});
+    lower = world.add_tool(jaw, at(-kHalf), {.friction = 0.3F});
+    gripper = world.add_tool({}, ToolPose(Eigen::Translation3f(12e-3F, 4e-3F, kTop / 2)));
+    world.record();
+    grip.pad.half_width = 5e-3F;
+    for (int i = 1; i <= 60; ++i) {
+      const float in = 1.4e-3F * static_cast<float>(i) / 60;
+      world.move(upper, at(kTop + kHalf - in));
+      world.move(lower, at(-kHalf + in));
+      REQUIRE(world.step(kDt).ok());
+    }
+  }
+
+  static ToolPose at(float z) { return ToolPose(Eigen::Translation3f(0, 0, z)); }
+
+  // What can be told of contacts, and what jaws would take.
+  void check_same(World& other) {
+    const auto numbers_of = [&](World& each) {
+      std::vector<float> numbers;
+      const auto add = [&](const auto& values) {
+        numbers.insert(numbers.end(), values.begin(), values.end());
+      };
+      for (const BodyContact& contact : each.solver().body_contacts()) {
+        add(contact.weights);
+        add(contact.point);
+        add(contact.force);
+        numbers.push_back(contact.distance);
+      }
+      for (const ToolId jaw : {upper, lower}) {
+        for (const ToolContact& contact : each.solver().tool_contacts(jaw)) {
+          add(contact.weights);
+          add(contact.point);
+          add(contact.normal);
+          add(contact.force);
+        }
+      }
+      return numbers;
+    };
+    CHECK(numbers_of(other) == numbers_of(world));
+    CHECK(other.solver().body_contacts().size() == world.solver().body_contacts().size());
+    CHECK(!world.solver().body_contacts().empty());
+  }
+};
+
+}  // namespace
+
+// Would catch jaws that close on nothing where a world was loaded or compacted while they press.
+TEST_CASE("world contact: a world that was loaded or compacted knows what touches at once") {
+  SqueezedSlab squeezed;
+  World& world = squeezed.world;
+  const std::array jaws{squeezed.upper, squeezed.lower};
+  const testing::TemporaryFolder folder;
+  const WorldState state = world.save();
+  write_world(folder / "a.world", state);
+  World loaded(state), read = read_world(folder / "a.world");
+  World again(loaded.save());  // from one that has not stepped
+  for (World* const each : {&loaded, &read, &again}) {
+    squeezed.check_same(*each);
+  }
+  World compacted(state);
+  compacted.compact();
+  CHECK(compacted.solver().tool_contacts(jaws[0]).size() ==
+        world.solver().tool_contacts(jaws[0]).size());
+  CHECK(compacted.solver().body_contacts().size() == world.solver().body_contacts().size());
+
+  const std::size_t held = world.close_jaws(squeezed.gripper, jaws, squeezed.grip);
+  CHECK(held > 3);
+  for (World* const each : {&loaded, &read, &again, &compacted}) {
+    CHECK(each->close_jaws(squeezed.gripper, jaws, squeezed.grip) == held);
+  }
+  for (int i = 0; i < 10; ++i) {
+    for (World* const each : {&world, &loaded, &read}) {
+      each->step(kDt);
+    }
+    REQUIRE(loaded.solver().state_hash() == world.solver().state_hash());
+    REQUIRE(read.solver().state_hash() == world.solver().state_hash());
+  }
+  world.solver().restore(world.solver().snapshot());
+  CHECK(world.solver().tool_contacts(jaws[0]).empty());
+}
+
+// Would catch contacts of vertices that are gone, and those of a tool that was taken out.
+TEST_CASE("world contact: what is gone is told of no more") {
+  SqueezedSlab squeezed;
+  World& world = squeezed.world;
+  std::vector<Index> touched;
+  for (const ToolContact& contact : world.solver().tool_contacts(squeezed.upper)) {
+    touched.insert(touched.end(), contact.vertices.begin(), contact.vertices.end());
+  }
+  TopologyEdit edit;  // all tetrahedra at what the upper jaw touches
+  const Tissue& tissue = world.solver().tissue();
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (std::ranges::any_of(tissue.tets()[t],
+                            [&](Index v) { return std::ranges::count(touched, v) > 0; })) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  World other(world.save());
+  other.edit(edit);
+  REQUIRE(other.step(kDt).ok());
+  other.compact();
+  for (const ToolContact& contact : other.solver().tool_contacts(squeezed.upper)) {
+    for (int k = 0; k < 3 && contact.vertices[k] != kInvalidIndex; ++k) {
+      CHECK(other.solver().tissue().has_tissue(contact.vertices[k]));
+    }
+  }
+  World third(world.save());
+  third.remove_tool(squeezed.lower);
+  CHECK_THROWS_AS(third.solver().tool_contacts(squeezed.lower), InvalidArgument);
+  CHECK(!third.solver().tool_contacts(squeezed.upper).empty());
+  third.step(kDt);
+  CHECK(!third.solver().tool_contacts(squeezed.upper).empty());
 }
 
 }  // namespace pbdsurg

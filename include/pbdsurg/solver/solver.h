@@ -456,7 +456,8 @@ class PBDSURG_API Solver {
 
   /// What touches a tool whose surface is not the default, in the last substep of the last step:
   /// vertices, edges and triangles, each in ascending order of the solver's places. Those within a
-  /// quarter of a radius without a force are among them. Empty for other tools.
+  /// quarter of a radius without a force are among them. Empty for other tools, and after restore()
+  /// until the next step.
   [[nodiscard]] std::vector<ToolContact> tool_contacts(ToolId tool, Index copy = 0) const;
 
   /// @}
@@ -470,11 +471,12 @@ class PBDSURG_API Solver {
   /// links join to others, and their neighbours, do not meet each other; once the last link there
   /// is gone, they do.
   ///
-  /// What is nearer than that distance when it starts to act, or overlaps by less than three
-  /// thicknesses, parts at 0.03 m/s at most; what is deeper is left alone. What moves farther than
-  /// eight thicknesses in a substep may pass through. Particles meet surfaces and links, but
-  /// without a link not each other; a link meets where both of its ends are of one body. Edges keep
-  /// their side while they cross the same one.
+  /// Where bodies are nearer than that distance when it starts to act, or overlap by less than
+  /// three thicknesses, contacts open at 0.03 m/s at most; tissue that they squeeze may spring back
+  /// faster. What is deeper is left alone. What moves farther than eight thicknesses in a substep
+  /// may pass through. Particles meet surfaces and links, but without a link not each other; a link
+  /// meets where both of its ends are of one body. Edges keep their side while they cross the same
+  /// one.
   /// @{
 
   /// Lets two bodies meet in all copies, from the next step on, or changes how they do. The first
@@ -497,8 +499,8 @@ class PBDSURG_API Solver {
   /// Which vertices were near other bodies in the last substep of the last step, then which edges,
   /// within 1.5 thicknesses and their ways; each in the order in which they are projected, which is
   /// random, but the same for the same places. Those without a force are among them. An overlap is
-  /// a negative distance. None after an undo that takes what touched. Cost: O(vertices), if there
-  /// are any; reads the state of a device.
+  /// a negative distance. None after an undo that takes what touched, and none between restore()
+  /// and the next step. Cost: O(vertices), if there are any; reads the state of a device.
   [[nodiscard]] std::vector<BodyContact> body_contacts(Index copy = 0) const;
 
   /// @}

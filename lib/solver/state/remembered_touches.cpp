@@ -77,6 +77,7 @@ void TissueTouches::forget_from(Index place, Index body) {
   });
   if (lost > 0 || is_any_gone) {
     contacts.clear();
+    told.clear();
   }
 }
 
@@ -133,6 +134,7 @@ void set_touches(std::span<const SnapshotBodyContact> contacts, const SolverStat
                  CopyState& copy) {
   std::vector<RememberedTouch>& remembered = copy.touches.remembered;
   copy.touches.contacts.clear();
+  copy.touches.told.clear();
   remembered.clear();
   for (const SnapshotBodyContact& contact : contacts) {
     RememberedTouch& known = remembered.emplace_back();

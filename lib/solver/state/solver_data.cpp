@@ -12,6 +12,7 @@
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
+#include "lib/solver/state/told_contacts.h"
 #include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {
@@ -168,6 +169,9 @@ void SolverData::refresh_surfaces() {
 void SolverData::start_step(float dt) {
   custom.begin_step(*this);
   refresh_surfaces();
+  for (Index i = 0; i < copy_count(); ++i) {
+    forget_told(copy(i));
+  }
   SubstepRule rule = rule_of_copies();
   if (is_explicit(options)) {
     rule.longest = static_cast<float>(stable_substep.longest(backend->stiffest(*this)));

@@ -271,14 +271,15 @@ std::size_t CopyState::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(particles, velocities, carries, ways, velocities_before, forces, watched_positions);
   for (const ToolState& tool : tools) {
-    bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
-                      tool.contacts, tool.surface_contacts, tool.remembered, tool.joints);
+    bytes +=
+        bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.capsules_before,
+                 tool.contacts, tool.surface_contacts, tool.remembered, tool.told, tool.joints);
     bytes += tool.grip.memory_bytes();
   }
-  bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.search.seen,
-                                          touches.search.moved_squares, touches.search.candidates,
-                                          touches.search.slots, touches.search.edges,
-                                          touches.search.near);
+  bytes += near.memory_bytes() + bytes_of(touches.contacts, touches.remembered, touches.told,
+                                          touches.search.seen, touches.search.moved_squares,
+                                          touches.search.candidates, touches.search.slots,
+                                          touches.search.edges, touches.search.near);
   for (const std::vector<TouchTree>* trees : {&touches.search.trees, &touches.search.edge_trees}) {
     for (const TouchTree& tree : *trees) {
       bytes += sizeof(tree) + bytes_of(tree.order, tree.boxes);

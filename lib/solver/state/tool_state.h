@@ -62,6 +62,7 @@ struct ToolState {
   ToolSurface surface{};
   std::vector<SurfaceContact> surface_contacts{};  ///< likewise, in the order of features
   std::vector<RememberedContact> remembered{};     ///< in the order of features
+  std::vector<ToolContact> told{};                 ///< of a solver before this one: told_contacts.h
   Eigen::Vector3f force{0, 0, 0};                  ///< N, on the tool
   Eigen::Vector3f torque{0, 0, 0};                 ///< N m, around its origin
   ToolGrip grip{};                                 ///< what its jaws hold with a limit

@@ -10,6 +10,7 @@
 
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
+#include "pbdsurg/solver/tissue_contact.h"
 
 #include "lib/solver/state/contact_bodies.h"
 #include "lib/solver/state/tissue_touch.h"
@@ -56,6 +57,7 @@ struct EdgeCandidate {
 struct TissueTouches {
   std::vector<TissueTouch> contacts;        ///< of the current substep
   std::vector<RememberedTouch> remembered;  ///< of the last
+  std::vector<BodyContact> told;            ///< of a solver before this one: told_contacts.h
 
   /// Forgets contacts of places and bodies from these on. If there were any, all that was found in
   /// the substep goes with them.
