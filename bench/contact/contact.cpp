@@ -17,6 +17,7 @@
 #include "bench/contact/cost.h"
 #include "bench/contact/grasp_cases.h"
 #include "bench/contact/hook_cases.h"
+#include "bench/contact/rest_cases.h"
 #include "bench/contact/sheet_cases.h"
 #include "bench/support/gpu_times.h"
 #include "bench/support/paper_step.h"
@@ -62,6 +63,7 @@ Table compare_with_closed_forms(const Arguments& arguments) {
   std::ranges::move(sheet_cases(), std::back_inserter(cases));
   std::ranges::move(grasp_cases(), std::back_inserter(cases));
   std::ranges::move(hook_cases(), std::back_inserter(cases));
+  std::ranges::move(rest_cases(), std::back_inserter(cases));
   for (const ContactCase& each : cases) {
     if (arguments.quick && !each.is_quick) {
       continue;
