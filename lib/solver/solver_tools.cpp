@@ -188,8 +188,8 @@ Eigen::Vector3f Solver::tool_torque(ToolId tool, Index copy) const {
 }
 
 std::vector<ToolContact> Solver::tool_contacts(ToolId tool, Index copy) const {
-  const CopyState& owner = checked_copy(*data_, copy);
-  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  CopyState& owner = checked_copy(*data_, copy);
+  const ToolState& state = checked_tool(owner, tool);
   data_->finish_running_step();
   return contacts_of_tool(*data_, owner, state);
 }

@@ -187,9 +187,10 @@ TEST_CASE("world contact: what is gone is told of no more") {
     }
   }
   World other(world.save());
-  other.edit(edit);
-  REQUIRE(other.step(kDt).ok());
+  other.solver().tissue().apply(edit);
+  const std::size_t told = other.solver().tool_contacts(squeezed.upper).size();
   other.compact();
+  CHECK(other.solver().tool_contacts(squeezed.upper).size() < told);
   for (const ToolContact& contact : other.solver().tool_contacts(squeezed.upper)) {
     for (int k = 0; k < 3 && contact.vertices[k] != kInvalidIndex; ++k) {
       CHECK(other.solver().tissue().has_tissue(contact.vertices[k]));
